@@ -1,0 +1,73 @@
+"""The proof of the estimator by meetings: whom a drive passes, and how missions are weighted."""
+
+import numpy as np
+import pytest
+
+from harness.meetings.crowd import STEP, Record
+from harness.meetings.passing import passings_of
+from harness.meetings.way import resampled
+from harness.world.people.pedestrians import ABSENT
+from tools.check_meetings import Counted, in_turns, met_on_the_way, printed, weighted
+
+LONG = 60.0  # [m] of a straight way
+SPEED = 2.0  # [m/s] of the robot
+# x [m] where each begins, speed [m/s] along the way, y [m] beside it
+WALKERS = (
+    (30.0, -1.0, 0.1),
+    (15.0, 1.0, 0.4),
+    (10.0, 3.0, 0.0),
+    (-5.0, 1.0, 0.0),
+    (50.0, 0.0, 5.0),
+)
+
+
+def record() -> Record:
+    """Who comes, who is overtaken, who is faster, who stays behind, who stands too far away."""
+    times = STEP * np.arange(300)
+    states = np.zeros((len(times), len(WALKERS) + 1, 4))
+    for number, (begin, speed, beside) in enumerate(WALKERS):
+        states[:, number, 0] = begin + speed * times
+        states[:, number, 1] = beside
+        states[:, number, 2] = speed
+    states[:, -1] = ABSENT
+    return Record(states)
+
+
+def test_who_comes_and_who_is_overtaken_are_met_where_the_robot_passes_them() -> None:
+    way = resampled(np.array([[0.0, 0.0], [LONG, 0.0]]))
+    stamps = np.arange(0.0, LONG / SPEED, 1.0 / 30.0)
+    drive = passings_of(stamps, np.column_stack((SPEED * stamps, np.zeros_like(stamps))), way)
+    head_on, overtaken = met_on_the_way(record(), way, drive)
+    assert (head_on.person, overtaken.person) == (0, 1)
+    assert head_on.moment * STEP == pytest.approx(10.0, abs=0.2)
+    assert overtaken.moment * STEP == pytest.approx(15.0, abs=0.2)
+    assert head_on.along == -1.0 and overtaken.along == 1.0
+    for meeting in (head_on, overtaken):
+        at = drive.at(meeting.point, meeting.along)
+        assert at is not None and at[0] * meeting.weight == pytest.approx(1.0)
+
+
+def test_missions_with_a_hit_come_in_turns_with_others() -> None:
+    whole = {episode: int(episode % 5 == 0) for episode in range(20)}
+    order = list(in_turns(whole))
+    assert sorted(order) == list(range(20))
+    assert [whole[each] for each in order[:12]] == [1, 0, 0] * 4
+
+
+def test_strata_are_weighted_by_their_shares_of_all_missions() -> None:
+    values = np.array([1.0, 0.0, 0.0, 0.2])
+    mean, variance = weighted(values, np.array([True, True, False, False]), np.array([0.9, 0.1]))
+    assert mean == pytest.approx(0.9 * 0.1 + 0.1 * 0.5)
+    assert variance == pytest.approx(0.81 * 0.02 / 2 + 0.01 * 0.5 / 2)
+
+
+def test_the_table_tells_both_kinds_of_meetings_and_their_ratio() -> None:
+    whole = {episode: int(episode < 10) for episode in range(100)}
+    found = [Counted(0, 1, 1.0, 0.1), Counted(1, 1, 0.0, 0.3), Counted(50, 0, 0.0, 0.0)]
+    assert printed(found, whole) == "too few missions to tell"
+    lines = printed([*found, Counted(51, 0, 0.0, 0.1)], whole).splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:5]]
+    assert rows[0] == ["whole deliveries", "100", "0.100 [0.041, 0.159]", ""]
+    assert rows[1][2:] == ["0.050 [0.000, 0.148]", "0.500 [0.000, 1.480]"]
+    assert rows[2][2].startswith("0.065 [") and rows[2][3].startswith("0.650 [")
+    assert lines[-1].endswith("again in 1 of 2 missions, hit in meetings alone in 0 of 2")

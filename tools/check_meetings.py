@@ -1,0 +1,212 @@
+"""Whether as many people are hit in meetings as in whole deliveries.
+
+Usage: python -m tools.check_meetings [--run FOLDER:STACK] [--missions N] [--drawn N] [--kept FILE]
+
+The whole deliveries are a finished run's. Its missions are driven among nobody, and then
+
+- its own people are met: whoever is passed, at the moment and among the people of the delivery. So
+  it shows whether a meeting ends as the delivery does.
+- --drawn people are met, as ``navbench check --estimator meetings`` draws them.
+
+Missions in which somebody was hit are few, and drive in turns with twice as many others; what is
+printed is weighted to all missions of the run. Each finished mission is a line of FILE; the same
+command goes on after them.
+"""
+
+import dataclasses
+import itertools
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from harness.economics.accountings import COUNTED, PERSON
+from harness.episode.factory import Parts
+from harness.meetings.crowd import STEP, Record, recorded
+from harness.meetings.draw import Meeting
+from harness.meetings.drive import drive_arm
+from harness.meetings.mission import MissionTask, drive_mission, kept_stage
+from harness.meetings.passing import Passings
+from harness.meetings.strata import PRIOR, strata_of
+from harness.meetings.way import Way, way_of
+from harness.report.markdown import table
+from harness.report.numbers import interval_text
+from harness.statistics.interval import Interval, Z
+from harness.study.manifest import load_study
+from harness.study.stored_run import StoredRun, load_run
+from harness.task.study import EpisodeTask
+from navstack.types import BoolArray, FloatArray
+from tools.options import parsed
+
+OTHERS = 2  # missions in which nobody was hit, for each in which somebody was
+
+
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """People hit on a mission."""
+
+    episode: int
+    whole: int  # by the delivery
+    own: float  # in meetings with its own people
+    drawn: float  # in meetings as they are drawn, expected
+
+
+def met_on_the_way(record: Record, way: Way, passings: Passings) -> list[Meeting]:
+    """Whom a drive passes among people who set out with it, and where; each stands for itself.
+
+    Args:
+        record: of the people, from the drive's beginning.
+        way: planned.
+        passings: of the drive.
+    """
+    moments = range(min(int(passings.stamps[-1] / STEP), len(record.states)))
+    robot = np.interp(STEP * np.array(moments), passings.stamps, passings.points)
+    found = []
+    for person in range(record.people):
+        states = record.states[moments.start : moments.stop, person]
+        points, misses = way.nearest(states[:, :2])
+        is_near, is_ahead = np.isfinite(misses), points > robot
+        is_passed = is_near[1:] & is_near[:-1] & (is_ahead[1:] != is_ahead[:-1])
+        for moment in (np.flatnonzero(is_passed) + 1).tolist():
+            point = int(points[moment])
+            along = float(states[moment, 2:] @ way.directions[point])
+            stratum = int(strata_of(misses[moment : moment + 1], np.array([along]))[0])
+            at = passings.at(point, along)
+            if at is None:
+                continue
+            rate, stamp = at
+            found.append(Meeting(round(stamp / STEP), person, point, along, stratum, 1.0 / rate))
+    return found
+
+
+def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
+    """Count who is hit on a mission.
+
+    Args:
+        task: its delivery.
+        whole: people whom the delivery hit.
+        number: of meetings to draw.
+    """
+    drawn = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), None, number)).arms[0]
+    way, parts, generators = way_of(task), Parts(task), task.generators()
+    start = parts.mission(generators["mission"]).start
+    record = recorded(parts.people(), generators["pedestrians"], start)
+    meetings = met_on_the_way(record, way, drawn.passings)
+    own = 0.0
+    if meetings:
+        own = drive_arm(task, kept_stage(task), way, record, meetings).expected_hits
+    return Counted(task.episode, whole, own, drawn.expected_hits)
+
+
+def in_turns(whole: dict[int, int]) -> Iterator[int]:
+    """The missions of a run, those in which somebody was hit with others between.
+
+    Args:
+        whole: people hit, by mission.
+    """
+    shuffled = np.random.default_rng(0).permutation(sorted(whole)).tolist()
+    hit = [each for each in shuffled if whole[each]]
+    others = iter([each for each in shuffled if not whole[each]])
+    for each in hit:
+        yield each
+        yield from itertools.islice(others, OTHERS)
+    yield from others
+
+
+def weighted(values: FloatArray, is_hit: BoolArray, shares: FloatArray) -> tuple[float, float]:
+    """The mean over all missions and its variance, from two strata (Cochran 1977, 5.3).
+
+    Args:
+        values: of the missions driven, shape (n,).
+        is_hit: whether somebody was hit in the whole delivery, shape (n,).
+        shares: of the other missions and of those among all, shape (2,).
+    """
+    mean = variance = 0.0
+    for share, chosen in zip(shares.tolist(), (~is_hit, is_hit), strict=True):
+        of_stratum = values[chosen]
+        mean += share * float(of_stratum.mean())
+        variance += share**2 * float(of_stratum.var(ddof=1)) / len(of_stratum)
+    return mean, variance
+
+
+def printed(found: Sequence[Counted], whole: dict[int, int]) -> str:
+    """The table of what was counted, weighted to all missions of the run."""
+    is_hit = np.array([each.whole > 0 for each in found])
+    if min(is_hit.sum(), (~is_hit).sum()) < 2:
+        return "too few missions to tell"
+    all_hits = np.array(list(whole.values()))
+    of_all, n = float(all_hits.mean()), len(found)
+    spread = float(all_hits.var(ddof=1)) / len(all_hits)
+    shares = np.array([(all_hits == 0).mean(), (all_hits > 0).mean()])
+    rows = [("whole deliveries", str(len(all_hits)), text_of(of_all, spread, len(all_hits)), "")]
+    kinds = {
+        "own people, in meetings": ([each.own for each in found], 0.0),
+        "drawn people, in meetings": ([each.drawn for each in found], spread),
+    }
+    for name, (values, more) in kinds.items():
+        mean, variance = weighted(np.array(values), is_hit, shares)
+        # the same people make no difference by chance; those who are drawn are others
+        ratio = (variance + more * (mean / of_all) ** 2) / of_all**2
+        rows.append((name, str(n), text_of(mean, variance, n), text_of(mean / of_all, ratio, n)))
+    again = sum(each.own > 0.0 for each in found if each.whole)
+    more_hits = sum(each.own > 0.0 for each in found if not each.whole)
+    return "\n".join(
+        [
+            table(["people hit", "n", "a delivery", "to whole deliveries"], rows),
+            f"own people: hit again in {again} of {is_hit.sum()} missions, hit in meetings alone "
+            f"in {more_hits} of {(~is_hit).sum()}",
+        ]
+    )
+
+
+def text_of(mean: float, variance: float, n: int) -> str:
+    """A mean with its normal interval."""
+    half = Z * variance**0.5
+    return interval_text(Interval(mean, max(mean - half, 0.0), mean + half, n), 3)
+
+
+def read(file: Path) -> list[Counted]:
+    """The missions that are finished."""
+    if not file.exists():
+        return []
+    return [Counted(**json.loads(line)) for line in file.read_text("utf-8").splitlines()]
+
+
+def main() -> None:
+    asked = parsed(
+        __doc__,
+        run="results/baseline/published_3/sidewalk:nav2-gps-ekf",
+        missions=60,
+        drawn=6,
+        kept="results/check_meetings.jsonl",
+    )
+    folder, _, name = asked.run.rpartition(":")
+    run, study, file = load_run(asked.run), load_study(Path(folder), 1), Path(asked.kept)
+    number = [stack.name for stack in study.stacks].index(name)
+    whole = {row["episode"]: 0 for row in run.stacks[0].rows}
+    for episode, _ in people_hit(run, name):
+        whole[episode] += 1
+    found = read(file)
+    known = {each.episode for each in found}
+    left = [each for each in in_turns(whole) if each not in known]
+    with file.open("a", encoding="utf-8") as lines:
+        for episode in left[: max(asked.missions - len(found), 0)]:
+            found.append(counted(study.task(number, episode), whole[episode], asked.drawn))
+            lines.write(json.dumps(dataclasses.asdict(found[-1])) + "\n")
+            lines.flush()
+    print(printed(found, whole))
+
+
+def people_hit(run: StoredRun, stack: str) -> set[tuple[int, int]]:
+    """Mission and number of everybody whom a stack's deliveries hit."""
+    return {
+        (each["episode"], each["partner_id"])
+        for each in run.events
+        if each["stack"] == stack and each["type"] == COUNTED and each["partner"] == PERSON
+    }
+
+
+if __name__ == "__main__":
+    main()
