@@ -6,7 +6,7 @@ The whole deliveries are a finished run's. Its missions are driven among nobody,
 
 - its own people are met: whoever is passed, at the moment and among the people of the delivery. So
   it shows whether a meeting ends as the delivery does.
-- --drawn people are met, as ``navbench check --estimator meetings`` draws them.
+- --drawn people are met, as ``navbench check --estimator meetings`` draws them; 0: nobody is.
 
 Missions in which somebody was hit are few, and drive in turns with twice as many others; what is
 printed is weighted to all missions of the run. Each finished mission is a line of FILE; the same
@@ -23,12 +23,13 @@ from pathlib import Path
 import numpy as np
 
 from harness.economics.accountings import COUNTED, PERSON
+from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.meetings.crowd import STEP, Record, recorded
 from harness.meetings.draw import Meeting
 from harness.meetings.drive import drive_arm
 from harness.meetings.mission import MissionTask, drive_mission, kept_stage
-from harness.meetings.passing import Passings
+from harness.meetings.passing import Passings, passings_of
 from harness.meetings.strata import PRIOR, strata_of
 from harness.meetings.way import Way, way_of
 from harness.report.markdown import table
@@ -50,7 +51,7 @@ class Counted:
     episode: int
     whole: int  # by the delivery
     own: float  # in meetings with its own people
-    drawn: float  # in meetings as they are drawn, expected
+    drawn: float | None  # in meetings as they are drawn, expected; None: none were
 
 
 def met_on_the_way(record: Record, way: Way, passings: Passings) -> list[Meeting]:
@@ -89,15 +90,27 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
         whole: people whom the delivery hit.
         number: of meetings to draw.
     """
-    drawn = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), None, number)).arms[0]
     way, parts, generators = way_of(task), Parts(task), task.generators()
     start = parts.mission(generators["mission"]).start
     record = recorded(parts.people(), generators["pedestrians"], start)
-    meetings = met_on_the_way(record, way, drawn.passings)
-    own = 0.0
+    meetings = met_on_the_way(record, way, alone(task, way))
+    own, drawn = 0.0, None
     if meetings:
         own = drive_arm(task, kept_stage(task), way, record, meetings).expected_hits
-    return Counted(task.episode, whole, own, drawn.expected_hits)
+    if number:
+        mission = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), None, number))
+        drawn = mission.arms[0].expected_hits
+    return Counted(task.episode, whole, own, drawn)
+
+
+def alone(task: EpisodeTask, way: Way) -> Passings:
+    """A delivery among nobody, along its way."""
+    delivery = RunningDelivery(task, world=kept_stage(task).world)
+    while delivery.verdict is None:
+        delivery.drive_tick()
+    series = delivery.log.series()
+    delivery.finish()
+    return passings_of(series["stamp"], np.column_stack((series["x"], series["y"])), way)
 
 
 def in_turns(whole: dict[int, int]) -> Iterator[int]:
@@ -141,12 +154,15 @@ def printed(found: Sequence[Counted], whole: dict[int, int]) -> str:
     spread = float(all_hits.var(ddof=1)) / len(all_hits)
     shares = np.array([(all_hits == 0).mean(), (all_hits > 0).mean()])
     rows = [("whole deliveries", str(len(all_hits)), text_of(of_all, spread, len(all_hits)), "")]
+    drawn = np.array([each.drawn for each in found], dtype=np.float64)
     kinds = {
-        "own people, in meetings": ([each.own for each in found], 0.0),
-        "drawn people, in meetings": ([each.drawn for each in found], spread),
+        "own people, in meetings": (np.array([each.own for each in found]), 0.0),
+        "drawn people, in meetings": (drawn, spread),
     }
     for name, (values, more) in kinds.items():
-        mean, variance = weighted(np.array(values), is_hit, shares)
+        if np.isnan(values).any():
+            continue
+        mean, variance = weighted(values, is_hit, shares)
         # the same people make no difference by chance; those who are drawn are others
         ratio = (variance + more * (mean / of_all) ** 2) / of_all**2
         rows.append((name, str(n), text_of(mean, variance, n), text_of(mean / of_all, ratio, n)))

@@ -13,10 +13,11 @@ from harness.metrics.columns import Row
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import NO_INTERVAL, Interval, interval_json
 from navstack.errors import InputError
-from navstack.ranges import Parameters
+from navstack.ranges import Parameters, one_of
 from navstack.ranges import within as between
 from navstack.types import FloatArray
 
+DELIVERIES, MEETINGS = ESTIMATORS = ("deliveries", "meetings")
 OLD, NEW = SIDES = ("old", "new")  # names of the two stacks in the run folder of a check
 REACH = 100.0  # [USD] of a mission's difference that count; a greater one counts as this much
 ALIKE = 1.0  # [USD] a delivery: a difference that is surely smaller is of no interest
@@ -34,6 +35,7 @@ class CheckDeclaration(Parameters, whose="check"):
     old: str  # as it was given
     new: str
     within: Annotated[float, between(0.0, REACH)] = ALIKE  # [USD] a delivery
+    estimator: Annotated[str, one_of(ESTIMATORS)] = DELIVERIES
 
 
 def verdict_of(bound: Interval, within: float) -> Verdict:

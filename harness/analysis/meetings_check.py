@@ -1,6 +1,7 @@
 """The verdict on a changed stack from meetings with people."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -30,6 +31,7 @@ class MeetingsChecked:
     """What the meetings of two stacks say of their difference."""
 
     declaration: CheckDeclaration
+    folder: Path  # of the run
     where: str  # world, map and people, in words
     bound: Interval  # [USD] of the mean difference, new less old, at 95 % at every look
     result: MeetingsResult | None  # None: no mission is finished
@@ -59,7 +61,8 @@ class MeetingsChecked:
         declaration, result = self.declaration, self.result
         document: Row = {
             "schema": 1,
-            "estimator": "meetings",
+            "estimator": declaration.estimator,
+            "folder": str(self.folder),
             "verdict": self.verdict,
             "margin_difference": interval_json(self.bound),
             "more_needed": self.more_needed,

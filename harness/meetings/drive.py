@@ -48,7 +48,6 @@ class ArmDrive:
     margin: float  # [USD] of it
     farthest_off: float  # [m] from the planned way
     met: tuple[Weighed, ...]  # in the order of the meetings
-    passings: Passings = field(compare=False)  # among nobody
 
     @property
     def expected_margin(self) -> float:
@@ -116,7 +115,7 @@ def drive_arm(
                 met[job.number] = Weighed(
                     weights[job.number], loss, found.people_hit, found.contacts
                 )
-    return ArmDrive(row, margin, progress.farthest_off, tuple(met), passings)
+    return ArmDrive(row, margin, progress.farthest_off, tuple(met))
 
 
 def _drive_alone(

@@ -59,22 +59,30 @@ class MeetingsResult:
 
 
 def missions_driven(
-    study: Study, workers: Workers, until: float = math.inf
+    study: Study,
+    workers: Workers,
+    until: float = math.inf,
+    known: Sequence[MissionDrive] = (),
+    first: int = 0,
 ) -> Generator[Driven, None, None]:
     """Drive mission after mission by both arms of a study; yields them in their order.
 
     What is driven of a mission depends on missions before it alone, so that the results are the
-    same for any number of workers.
+    same for any number of workers, and after any interruption.
 
     Args:
         study: of two stacks.
         workers: that drive.
         until: [s] of the monotonic clock.
+        known: what came of the missions before the first.
+        first: mission to drive.
     """
-    known: list[MissionDrive] = []
-    first, last = 0, min(PILOT, study.episodes)
-    while first < last and time.monotonic() < until:
-        tasks = mission_tasks(study, range(first, last), known)
+    drives = list(known)
+    while first < study.episodes and time.monotonic() < until:
+        begin, end = batch_of(first)
+        last = min(end, study.episodes)
+        before = [each for each in drives if each.episode < begin]
+        tasks = mission_tasks(study, range(first, last), before)
         waiting: dict[int, Driven] = {}
         following = first
         for finished in workers.run(drive_mission, tasks, until):
@@ -83,9 +91,17 @@ def missions_driven(
                 each = waiting.pop(following)
                 following += 1
                 if each.result is not None:
-                    known.append(each.result)
+                    drives.append(each.result)
                 yield each
-        first, last = last, min(2 * last, study.episodes)
+        first = last
+
+
+def batch_of(episode: int) -> tuple[int, int]:
+    """The missions whose meetings are drawn alike with one: the first, and the first after them."""
+    first, last = 0, PILOT
+    while episode >= last:
+        first, last = last, 2 * last
+    return first, last
 
 
 def mission_tasks(

@@ -11,6 +11,7 @@ from typing import Any
 
 from harness.analysis.check import (
     ALIKE,
+    MEETINGS,
     SIDES,
     CheckDeclaration,
     Checked,
@@ -19,6 +20,7 @@ from harness.analysis.check import (
     evaluate,
 )
 from harness.analysis.compare import Side, compare, side_of
+from harness.analysis.meetings_check import MeetingsChecked
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
@@ -126,8 +128,12 @@ def check(
 
 def resume_check(
     folder: Path, budget: float = BUDGET, markdown: Path | None = None, where: Where | None = None
-) -> CheckResult:
-    """Go on with the check of a run folder; otherwise as :func:`check`."""
+) -> CheckResult | MeetingsChecked:
+    """Go on with the check of a run folder; otherwise as :func:`check`.
+
+    Raises:
+        InputError: also, a comment is asked for of a check by meetings, which has none.
+    """
     _require_markdown(markdown)
     path = folder.resolve()  # a link may point elsewhere before the run ends
     declared = path / "params" / CHECK
@@ -137,6 +143,12 @@ def resume_check(
         )
     say_notes(version_notes(path))
     declaration = load_dataclass(CheckDeclaration, declared)
+    if declaration.estimator == MEETINGS:
+        from navbench.api.check_meetings import resume_by_meetings
+
+        if markdown is not None:
+            raise InputError("a check by meetings writes no comment; leave out --markdown")
+        return resume_by_meetings(path, declaration, budget, where or Where())
     return _written(_drive(path, declaration, where or Where(), budget), markdown)
 
 

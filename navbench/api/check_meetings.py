@@ -1,23 +1,31 @@
 """Whether a changed Nav2 file earns more or less, by meetings with people."""
 
 import contextlib
+import dataclasses
+import sys
 from pathlib import Path
 from typing import Any
 
-from harness.analysis.check import ALIKE, SIDES, CheckDeclaration, Looks
+from harness.analysis.check import ALIKE, MEETINGS, SIDES, CheckDeclaration, Looks
 from harness.analysis.meetings_check import REACH, MeetingsChecked
 from harness.episode.factory import Parts
 from harness.execution.executors import ParentProcess
 from harness.execution.workers import Workers
 from harness.meetings.allowed import INSTEAD, require_meetings
 from harness.meetings.estimate import missions_driven, result_of
-from harness.meetings.mission import MissionDrive
+from harness.meetings.kept import KeptMissions, kept_missions
+from harness.report.short.setup import nearest
+from harness.storage.files import locked
+from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
+from harness.storage.texts import name_of
+from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where
 from harness.study.preflight import check as notes_of
 from harness.task.study import Study
 from navbench.api.check import BUDGET, CheckResult, Watch, is_run, is_same, study_of
 from navbench.api.progress import say, shown
 from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass
 
 
 def check_by_meetings(
@@ -26,6 +34,7 @@ def check_by_meetings(
     *,
     within: float = ALIKE,
     budget: float = BUDGET,
+    out: Path | None = None,
     where: Where | None = None,
     map: str = "sidewalk",  # noqa: A002 - as the option is called
     **options: Any,
@@ -37,6 +46,7 @@ def check_by_meetings(
         new: another one.
         within: [USD] a delivery; a difference that is surely no larger makes them alike.
         budget: [s] of wall time.
+        out: run folder; None: ``results/<time>-check-<new>``.
         where: on this machine; None: there.
         map: a built-in map or a map_server YAML file.
         options: as of :func:`navbench.run`, without ``episodes``.
@@ -48,7 +58,7 @@ def check_by_meetings(
         InputError: as of :func:`check`; or finished runs, people who react to the robot, or
             deliveries that cannot be copied.
     """
-    declaration, where = CheckDeclaration(old, new, within), where or Where()
+    declaration, where = CheckDeclaration(old, new, within, MEETINGS), where or Where()
     for given in (old, new):
         if is_run(given):
             raise InputError(f"'{given}' is a finished run, which holds no meetings; {INSTEAD}")
@@ -57,62 +67,91 @@ def check_by_meetings(
             f"--within {within:g} is no question for meetings, where a mission's difference counts "
             f"up to {REACH:g} USD; give less"
         )
-    if not where.is_local:
-        raise InputError(
-            f"meetings are driven on this machine only; leave out --executor, or {INSTEAD}"
-        )
+    _require_local(where)
     study = study_of(old, new, where, map_name=map, **options)
     require_meetings(study)
     if is_same(study):
         return CheckResult(declaration, None)
+    path = out or default_folder(f"check-{name_of(new)}")
+    require_usable(path)
     notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
-    return _drive(study, declaration, where, budget, tuple(notes))
+    texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
+    create_run(path, about(study, sys.argv), texts)
+    return dataclasses.replace(_drive(path, declaration, where, budget), notes=tuple(notes))
+
+
+def resume_by_meetings(
+    path: Path, declaration: CheckDeclaration, budget: float, where: Where
+) -> MeetingsChecked:
+    """Go on with the check of a run folder; otherwise as :func:`check_by_meetings`."""
+    _require_local(where)
+    return _drive(path, declaration, where, budget)
+
+
+def _require_local(where: Where) -> None:
+    if not where.is_local:
+        raise InputError(
+            f"meetings are driven on this machine only; leave out --executor, or {INSTEAD}"
+        )
 
 
 def _drive(
-    study: Study,
-    declaration: CheckDeclaration,
-    where: Where,
-    budget: float,
-    notes: tuple[str, ...],
+    path: Path, declaration: CheckDeclaration, where: Where, budget: float
 ) -> MeetingsChecked:
     """Drive mission after mission until a look decides or the time is over."""
-    looks, known = Looks(declaration.within, REACH), list[MissionDrive]()
-    watch, errors, is_stopped = Watch(looks, budget), 0, False
-    try:
-        with (
-            Workers(study.workers, ParentProcess, where.time_limit) as workers,
-            shown(watch),
-            contextlib.closing(missions_driven(study, workers, watch.until)) as missions,
-        ):
-            for finished in missions:
-                if finished.result is None:
-                    errors += 1
-                    say(f"mission {finished.task.arms[0].episode}: {finished.error}")
-                    continue
-                known.append(finished.result)
-                looks.add(finished.result.difference)
-                if looks.is_decided:
-                    break
-    except KeyboardInterrupt:
-        is_stopped = True
+    study, looks = load_study(path, where.workers), Looks(declaration.within, REACH)
+    is_stopped = False
+    with locked(path):
+        kept = kept_missions(path)
+        for drive in kept.drives:
+            looks.add(drive.difference)
+        if kept.number:
+            say(f"going on after {kept.number} missions")
+        try:
+            if not looks.is_decided:
+                _drive_missions(study, kept, where, budget, looks)
+        except KeyboardInterrupt:
+            is_stopped = True
+            say(f"interrupted after {kept.number} missions, which are kept in {path}")
     result = None
-    if known:
-        result = result_of(known)
+    if kept.drives:
+        result = result_of(kept.drives)
     return MeetingsChecked(
         declaration=declaration,
+        folder=path,
         where=_where(study),
         bound=looks.bound,
         result=result,
-        errors=errors,
-        notes=notes,
+        errors=kept.errors,
         is_interrupted=is_stopped,
     )
+
+
+def _drive_missions(
+    study: Study, kept: KeptMissions, where: Where, budget: float, looks: Looks
+) -> None:
+    """Drive missions after those that are kept, and keep them."""
+    watch = Watch(looks, budget)
+    with (
+        Workers(study.workers, ParentProcess, where.time_limit) as workers,
+        shown(watch),
+        contextlib.closing(
+            missions_driven(study, workers, watch.until, kept.drives, kept.number)
+        ) as missions,
+    ):
+        for finished in missions:
+            kept.add(finished.result)
+            if finished.result is None:
+                say(f"mission {finished.task.arms[0].episode}: {finished.error}")
+                continue
+            looks.add(finished.result.difference)
+            if looks.is_decided:
+                return
 
 
 def _where(study: Study) -> str:
     """World, map and people of a study, in words."""
     task = study.template
     people = Parts(task).params.people
-    world, place = Path(task.world).stem, Path(task.map_name).stem
+    world, place = nearest("worlds", Path(task.world)).name, Path(task.map_name).stem
     return f"world {world}, map {place}, {people.count} people, seed {task.seed}"

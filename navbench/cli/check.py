@@ -107,11 +107,9 @@ def check(
     elif old is None or new is None:
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
     elif estimator == "meetings":
-        if markdown is not None or choices.pop("out") is not None:
+        if markdown is not None:
             raise click.UsageError(
-                "--estimator meetings keeps no run folder and writes no comment; leave out --out "
-                "and --markdown",
-                context,
+                "--estimator meetings writes no comment; leave out --markdown", context
             )
         found = check_by_meetings(old, new, budget=seconds, where=where, **choices)
     else:

@@ -1,11 +1,16 @@
 """``navbench check --estimator meetings``: what it prints, and where it cannot be."""
 
+import contextlib
+import json
+import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings import crowd, estimate
+from harness.meetings.kept import FILE
 from harness.report.short.meetings import short_meetings
 from harness.storage.shipped import shipped
 from harness.study.places import Where
@@ -15,33 +20,51 @@ from tests.rules import short_rules
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
 
 
-@pytest.fixture
-def short(
-    tmp_path: Path, hall: Path, in_process: None, monkeypatch: pytest.MonkeyPatch
-) -> list[str]:
-    """Two files, and options of deliveries of two seconds with one or two meetings."""
-    monkeypatch.setattr(crowd, "LONG", 130.0)
-    monkeypatch.setattr(estimate, "NUMBER", 1)
-    (tmp_path / "short.yaml").write_text(short_rules(2.0))
-    (tmp_path / "old.yaml").write_text(STOCK)
-    (tmp_path / "new.yaml").write_text(STOCK.replace("max_vel_x: ", "max_vel_x: 0.2  # was "))
-    files = [str(tmp_path / name) for name in ("old.yaml", "new.yaml")]
-    conditions = ["--rules", str(tmp_path / "short.yaml"), "--map", str(hall), "--workers", "1"]
+Driven = Callable[[], contextlib.AbstractContextManager[None]]
+
+
+@pytest.fixture(scope="module")
+def words(tmp_path_factory: pytest.TempPathFactory, hall: Path) -> list[str]:
+    """Two files, and options of deliveries of two seconds."""
+    folder = tmp_path_factory.mktemp("files")
+    (folder / "short.yaml").write_text(short_rules(2.0))
+    (folder / "old.yaml").write_text(STOCK)
+    (folder / "new.yaml").write_text(STOCK.replace("max_vel_x: ", "max_vel_x: 0.2  # was "))
+    files = [str(folder / name) for name in ("old.yaml", "new.yaml")]
+    conditions = ["--rules", str(folder / "short.yaml"), "--map", str(hall), "--workers", "1"]
     return [*files, *conditions, "--estimator", "meetings"]
 
 
-def test_the_method_and_what_it_cannot_see_are_told(short: list[str]) -> None:
-    old, new, *words = short
-    options = dict(zip(words[::2], words[1::2], strict=True))
-    checked = check_by_meetings(
+@pytest.fixture(scope="module")
+def short_meetings_only(driven_in_process: Driven) -> Iterator[None]:
+    """One or two meetings of a mission, from short records, driven in this process."""
+    with pytest.MonkeyPatch.context() as patch, driven_in_process():
+        patch.setattr(crowd, "LONG", 130.0)
+        patch.setattr(estimate, "NUMBER", 1)
+        yield
+
+
+@pytest.fixture(scope="module")
+def checked(
+    words: list[str], short_meetings_only: None, tmp_path_factory: pytest.TempPathFactory
+) -> MeetingsChecked:
+    """A check of four missions, after which it is decided."""
+    old, new, *rest = words
+    options = dict(zip(rest[::2], rest[1::2], strict=True))
+    found = check_by_meetings(
         old,
         new,
         within=20.0,
+        out=tmp_path_factory.mktemp("runs") / "run",
         rules=options["--rules"],
         map=options["--map"],
         where=Where(workers=1),
     )
-    assert isinstance(checked, MeetingsChecked)
+    assert isinstance(found, MeetingsChecked)
+    return found
+
+
+def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) -> None:
     document = checked.as_json()
     assert (document["estimator"], document["verdict"]) == ("meetings", "alike")
     assert document["margin_difference"]["n"] == 4 and len(document["not_seen"]) == 3
@@ -49,27 +72,58 @@ def test_the_method_and_what_it_cannot_see_are_told(short: list[str]) -> None:
     assert document["old"]["contacts_per_1000_km"]["n"] == 4
     lines = [block.text for block in short_meetings(checked)]
     assert len(lines) <= 25
+    assert "world paper_loose_bucket" in lines[0]
     assert lines[1].startswith("alike within 20 USD a delivery: NEW less OLD is")
     assert any(line.startswith("estimator meetings: ") for line in lines)
+    assert lines[-1].startswith("next: navbench check ")
 
 
-def test_the_budget_ends_it(navbench, short: list[str]) -> None:
-    status, text, _ = navbench("check", *short, "--budget", "0.01s")
+def test_a_check_that_was_cut_off_goes_on_to_the_same(
+    navbench, checked: MeetingsChecked, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(checked.folder, run)
+    missions = run / FILE
+    missions.write_bytes(missions.read_bytes()[:-9])
+    status, text, said = navbench("check", "--resume", run, "--workers", "1", "--json")
+    assert status == 0 and "going on after 3 missions" in said
+    document = checked.as_json()
+    assert json.loads(text) == {**document, "folder": str(run)}
+    assert missions.read_bytes() == (checked.folder / FILE).read_bytes()
+
+
+def test_the_budget_ends_it_and_the_next_command_goes_on(
+    navbench, words: list[str], short_meetings_only: None, tmp_path: Path
+) -> None:
+    out = tmp_path / "run"
+    status, text, _ = navbench("check", *words, "--out", out, "--budget", "0.01s")
     assert status == 0 and "not decided: no mission is finished" in text
+    assert text.splitlines()[-1] == f"next: navbench check --resume {out} --budget 30m"
+    status, _, said = navbench("check", "--resume", out, "--markdown", tmp_path / "comment.md")
+    assert status == 1 and "writes no comment" in said
+
+
+def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
+    assert [estimate.batch_of(each) for each in (0, 3, 4, 7, 8, 15, 16)] == [
+        *[(0, 4)] * 2,
+        *[(4, 8)] * 2,
+        *[(8, 16)] * 2,
+        (16, 32),
+    ]
 
 
 @pytest.mark.parametrize(
-    ("words", "status", "told"),
+    ("more", "status", "told"),
     [
         (("--world", "social_force"), 1, "react to the robot"),
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
         (("--within", "80"), 1, "--within 80"),
-        (("--out", "somewhere"), 2, "leave out --out"),
+        (("--markdown", "comment.md"), 2, "leave out --markdown"),
     ],
 )
 def test_where_it_cannot_be_it_is_one_line(
-    navbench, short: list[str], words: tuple[str, ...], status: int, told: str
+    navbench, words: list[str], more: tuple[str, ...], status: int, told: str
 ) -> None:
-    found, out, err = navbench("check", *short, *words)
+    found, out, err = navbench("check", *words, *more)
     assert (found, out) == (status, "") and told in err

@@ -1,5 +1,6 @@
 """The verdict on a changed stack from meetings, as a screen."""
 
+import shlex
 from collections.abc import Callable
 
 from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
@@ -41,7 +42,7 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
         lines.append(f"{METHOD}; {_driven(result)}")
     if checked.errors:
         lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
-    lines += [f"not seen: {'; '.join(NOT_SEEN)}", LIMIT]
+    lines += [f"not seen: {'; '.join(NOT_SEEN)}", LIMIT, _next(checked)]
     return lines_of(lines)
 
 
@@ -51,6 +52,14 @@ def sentence(checked: MeetingsChecked) -> str:
     if checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
     return told_verdict(checked.bound, checked.verdict, checked.declaration.within, more)
+
+
+def _next(checked: MeetingsChecked) -> str:
+    """The command that comes next."""
+    if checked.verdict == "undecided":
+        return f"next: navbench check --resume {checked.folder} --budget 30m"
+    declaration = checked.declaration
+    return f"next: navbench check {shlex.join((declaration.old, declaration.new))}"
 
 
 def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
