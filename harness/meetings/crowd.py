@@ -73,6 +73,10 @@ class StagedPeople(PedestrianModel):
         self._record, self._moment, self._is_shown = record, moment, ~hidden
         self._put()
 
+    def leave(self) -> None:
+        """Let nobody be there any more."""
+        self._clear()
+
     def step(self, dt: float) -> None:
         """See :class:`PedestrianModel`."""
         self.steps(dt, 1)

@@ -13,13 +13,12 @@ from harness.episode.episode import RunningDelivery
 from harness.execution.copies import PausedCopy
 from harness.meetings.crowd import STEP, Record
 from harness.meetings.draw import Meeting
-from harness.meetings.meet import APART, Job, Met, Stage, margin_of, meet
+from harness.meetings.meet import APART, LEAD, Job, Met, Stage, margin_of, meet
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.way import SPACING, Progress, Way
 from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 
-LEAD = 6.0  # [s] before a meeting, at least, at which people appear
 COPY_EVERY = 2.0  # [s] between copies
 AHEAD = (
     10.0,
@@ -33,8 +32,8 @@ class Weighed:
 
     weight: float  # meetings a delivery; 0: this arm is not met there
     loss: float  # [USD] by which the delivery earns less than among nobody
-    people_hit: int  # until the delivery's end
-    contacts: int  # counted ones with people, until the delivery's end
+    people_hit: int  # the person, and others who came because of him
+    contacts: int  # counted ones with them
 
 
 NOT_MET = Weighed(0.0, 0.0, 0, 0)

@@ -17,7 +17,8 @@ from harness.world.truth import Contact, CountedContact, Partner, Truth
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
-APART = 6.0  # [m] from the robot, at least, at which people appear: it has to see them come
+LEAD = 6.0  # [s] before a meeting, at least, at which people appear
+APART = 6.0  # [m] from the robot, at least, at which they do: it has to see them come
 PAST = 2.5  # [m] from the robot, and more every tick: a meeting is over
 SOONEST = 1.0  # [s] before the moment of the meeting, from which on it can be over
 PATIENCE = 20.0  # [s] after it, when what is not over is driven to the delivery's end
@@ -47,8 +48,8 @@ class Met:
     """What came of a meeting."""
 
     margin: float | None  # [USD] of the delivery; None: as it is among nobody
-    people_hit: int  # until the delivery's end
-    contacts: int  # counted ones with people, until the delivery's end
+    people_hit: int  # the person, and others who came because of him
+    contacts: int  # counted ones with them
 
 
 NOTHING = Met(None, 0, 0)
@@ -77,10 +78,11 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     """Let people appear, and drive until the person is past.
 
     Others who would appear nearer than :data:`APART` stay away: a robot cannot avoid who is there
-    all at once, and would hit them instead. Who is hit, touched, or has cost cargo is followed to
-    the end of the delivery: what that costs is then in its margin. Who touches somebody else first
-    counts in that one's meeting; but where the person holds the robot up for :data:`PATIENCE`,
-    others come whom it would not have met.
+    all at once, and would hit them instead. Who touches somebody else first counts in that one's
+    meeting. Who is hit, touched, has cost cargo, or holds the robot up for :data:`PATIENCE` has
+    consequences: others may come because the robot stands there. Once it has left that place
+    nobody is there any more, since whoever comes then has a meeting of his own, and the delivery
+    is driven to its end: what the person costs is in its margin.
 
     Args:
         delivery: under way, among nobody.
@@ -100,6 +102,7 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     hidden[person] = False
     stage.people.show(record, moment, hidden)
     before, held = _Before(delivery.truth), _Held(delivery.truth)
+    aftermath = _Aftermath(delivery.truth)
     distance = math.inf
     while delivery.verdict is None:
         delivery.drive_tick()
@@ -110,11 +113,13 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
         held.look(truth)
         if held.is_for_good:
             delivery.parts.rules = replace(delivery.parts.rules, timeout=HELD_TIME)
-        if before.has_consequences(truth):
+        is_open = late <= PATIENCE and not before.has_consequences(truth)
+        aftermath.look(truth, is_open)
+        if not is_open:
+            if aftermath.is_over:
+                stage.people.leave()
             continue
         past, distance = distance, float(_distances(truth, truth.pedestrians)[person])
-        if late > PATIENCE:
-            continue
         if late > -SOONEST and distance > PAST and distance > past:
             return NOTHING
     row = delivery.finish().row
@@ -127,8 +132,7 @@ class _Before:
     """What had happened to a delivery before people appeared."""
 
     def __init__(self, truth: Truth) -> None:
-        self._counted, self._contacts = len(truth.counted_contacts), len(truth.contacts)
-        self._lost = _lost(truth)
+        self._happened = self._contacts, self._counted, _ = _happened(truth)
         self._first: int | None = None
 
     def first_person(self, truth: Truth) -> int | None:
@@ -154,11 +158,22 @@ class _Before:
 
     def has_consequences(self, truth: Truth) -> bool:
         """Whether something was touched or lost since, so that the end may be another one."""
-        return (
-            len(truth.counted_contacts) > self._counted
-            or len(truth.contacts) > self._contacts
-            or _lost(truth) > self._lost
-        )
+        return _happened(truth) != self._happened
+
+
+class _Aftermath:
+    """Where the robot was when something last happened, and whether it is away from there."""
+
+    def __init__(self, truth: Truth) -> None:
+        self._seen, self._place, self._since = _happened(truth), truth.pose, truth.stamp
+        self.is_over = False
+
+    def look(self, truth: Truth, is_open: bool) -> None:
+        """Look at the robot after a tick; while the meeting is open, something happens."""
+        if is_open or _happened(truth) != self._seen:
+            self._seen, self._place, self._since = _happened(truth), truth.pose, truth.stamp
+        way = math.hypot(truth.pose.x - self._place.x, truth.pose.y - self._place.y)
+        self.is_over = way > APART and truth.stamp - self._since > LEAD
 
 
 class _Held:
@@ -177,6 +192,11 @@ class _Held:
     def is_for_good(self) -> bool:
         """Whether it has stood there for so long that it hardly comes away."""
         return self._now - self._since > HELD_TIME
+
+
+def _happened(truth: Truth) -> tuple[int, int, int]:
+    """Contacts, counted ones and pieces of the cargo lost so far."""
+    return len(truth.contacts), len(truth.counted_contacts), _lost(truth)
 
 
 def _lost(truth: Truth) -> int:

@@ -44,6 +44,14 @@ def test_who_is_hidden_stays_away() -> None:
     assert people.states[0, 0] == math.inf and people.states[1, 1] == 0.0
 
 
+def test_people_leave_at_once() -> None:
+    people = staged()
+    people.show(record(), 0.0, np.zeros(2, dtype=np.bool_))
+    people.leave()
+    people.step(STEP)
+    assert np.isinf(people.states[:, :2]).all()
+
+
 def test_a_new_delivery_is_alone_again() -> None:
     people = staged()
     people.show(record(), 0.0, np.zeros(2, dtype=np.bool_))

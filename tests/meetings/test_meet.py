@@ -32,10 +32,12 @@ class Scripted:
         hits: tuple[tuple[float, int], ...] = (),
         begin: float = BEGIN,
         leave: float = 19.0,
+        drives_from: float = 1000.0,
     ) -> None:
         self._soft, self._hits, self._now = soft, hits, begin
         self._leave = leave  # [s] until which people stand there
         self._end = leave + 3.0  # [s] of the delivery
+        self._drives_from = drives_from  # [s] at 2 m/s
         self.parts: Any = SimpleNamespace(
             params=SimpleNamespace(people=SimpleNamespace(start_clearance=CLEARANCE))
         )
@@ -46,7 +48,7 @@ class Scripted:
         states[:, 0] = np.array(PLACES) + max(self._now - self._leave, 0.0)
         return SimpleNamespace(
             stamp=self._now,
-            pose=Pose2D(),
+            pose=Pose2D(x=2.0 * max(self._now - self._drives_from, 0.0)),
             pedestrians=states,
             contacts=tuple(touch(at, who) for at, end, who in self._soft if end <= self._now),
             counted_contacts=tuple(touch(at, who) for at, who in self._hits if at <= self._now),
@@ -70,9 +72,13 @@ class Stage:
     def __init__(self) -> None:
         self.people = self
         self.hidden: list[bool] = []
+        self.is_empty = False
 
     def show(self, record: Record, moment: float, hidden: BoolArray) -> None:
         self.hidden = hidden.tolist()
+
+    def leave(self) -> None:
+        self.is_empty = True
 
 
 def met(delivery: Scripted, person: int = 0, stage: Stage | None = None) -> Met:
@@ -107,6 +113,28 @@ def test_who_hits_a_robot_that_somebody_holds_up_counts_there() -> None:
     assert met(held, 0) == Met(-60.0, 1, 1)
     early = Scripted(hits=((late - 1.0, 3),), leave=late + 5.0)
     assert met(early, 0) == NOTHING
+
+
+@pytest.mark.parametrize(
+    ("drives_from", "end", "is_empty"),
+    [(1000.0, 40.0, False), (17.0, 21.0, False), (17.0, 22.5, True)],
+)
+def test_people_leave_when_the_robot_is_away_from_where_it_was_touched(
+    drives_from: float, end: float, is_empty: bool
+) -> None:
+    """Known at 15.5 s, it is 6 s later and 6 m farther at 22 s."""
+    script = dict(soft=((15.0, 15.5, 0),), leave=end - 3.0, drives_from=drives_from)
+    stage = Stage()
+    assert met(Scripted(**script), 0, stage) == Met(-60.0, 0, 0)
+    assert stage.is_empty == is_empty
+
+
+def test_people_stay_with_a_robot_that_somebody_holds_up() -> None:
+    late = PASSING + PATIENCE
+    for drives_from, is_empty in ((1000.0, False), (late + 1.0, True)):
+        stage = Stage()
+        assert met(Scripted(leave=late + 7.0, drives_from=drives_from), 0, stage).people_hit == 0
+        assert stage.is_empty == is_empty
 
 
 def test_who_is_not_touched_costs_nothing() -> None:
