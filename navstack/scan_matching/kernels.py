@@ -16,6 +16,11 @@ MOST_TURNS = 3  # headings that are searched to each side
 THINNED = 4  # one return in so many is looked at in the search
 ITERATIONS = 12
 SMALL = 1e-4  # [m], [rad] of a step after which the refinement ends
+WINDOW_STDS = 3.0  # standard deviations of the belief that are searched
+MOST_WINDOW = (1.5, 1.5, 0.12)  # [m, m, rad]
+LEVER = 5.0  # [m] at which a turn counts as the shift that it makes there
+METRES = np.array((1.0, 1.0, LEVER))
+_PER_METRES = np.outer(METRES, METRES)
 
 
 @njit(ahead=True)
@@ -199,16 +204,26 @@ def linearize(
     return near, count
 
 
+@njit()
+def search_window(covariance: FloatArray) -> FloatArray:
+    """How far (3,) [m], [m], [rad] to each side a belief's pose is searched for."""
+    window = np.empty(3)
+    for i in range(3):
+        window[i] = min(WINDOW_STDS * math.sqrt(covariance[i, i]), MOST_WINDOW[i])
+    return window
+
+
 @njit(ahead=True)
 def align(
     points: FloatMatrix,
     pose: FloatVector,
+    covariance: FloatMatrix,
     information: FloatMatrix,
-    window: FloatVector,
     field: SurfaceField,
     aligned: FloatVector,
-    hessian: FloatMatrix,
     slope: FloatVector,
+    values: FloatVector,
+    vectors: FloatMatrix,
 ) -> tuple[int, int]:
     """The likeliest pose, given a belief and a scan: search, then Gauss-Newton.
 
@@ -218,17 +233,20 @@ def align(
     Args:
         points: (n, 2) of :func:`returns_of`.
         pose: (3,) believed.
-        information: (3, 3) inverse covariance of the belief.
-        window: (3,) [m], [m], [rad] to each side that are searched.
+        covariance: (3, 3) of it.
+        information: (3, 3) its inverse.
         field: of the map.
         aligned: (3,) output, the pose.
-        hessian: (3, 3) output, what the scan alone says about it: see :func:`linearize`.
-        slope: (3,) output, the same.
+        slope: (3,) output, see :func:`linearize`.
+        values: (3,) output, ascending [1/m2]: eigenvalues of what the scan alone says about the
+            pose, its yaw in [m] at ``LEVER``.
+        vectors: (3, 3) output, their eigenvectors as columns.
 
     Returns:
         How many returns come from a surface, and how many might.
     """
-    aligned[:] = search(points, pose, information, window, field)
+    hessian = np.empty((3, 3))
+    aligned[:] = search(points, pose, information, search_window(covariance), field)
     for _ in range(ITERATIONS):
         linearize(points, aligned, field, hessian, slope)
         pull = information @ (aligned - pose)
@@ -236,7 +254,9 @@ def align(
         aligned += step
         if np.abs(step).max() < SMALL:
             break
-    return linearize(points, aligned, field, hessian, slope)
+    near, count = linearize(points, aligned, field, hessian, slope)
+    values[:], vectors[:] = np.linalg.eigh(hessian / _PER_METRES)
+    return near, count
 
 
 @njit(ahead=True)

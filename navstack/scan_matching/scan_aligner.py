@@ -6,19 +6,16 @@ import numpy as np
 
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.geometry import normalize_angle
-from navstack.scan_matching.kernels import align, returns_of
+from navstack.scan_matching.kernels import METRES, align, returns_of
 from navstack.scan_matching.surface_field import surface_field
 from navstack.types import FloatArray, LaserScan, Pose2D
 
-LEVER = 5.0  # [m] at which a turn counts as the shift that it makes there
 SHARED_STD = 0.05  # [m] of errors that all returns share: the map's cells, what stands at walls
 LEAST_STD = (0.05, 0.05, 0.01)  # [m, m, rad] of a belief that is held against a scan
-WINDOW_STDS = 3.0  # standard deviations of the belief that are searched
-MOST_WINDOW = (1.5, 1.5, 0.12)  # [m, m, rad]
 KNOWN_STD = 0.5  # [m] of a direction of which a scan says something
 LEAST_RETURNS = 12  # from mapped surfaces
 LEAST_SHARE = 0.4  # of the returns, that must come from mapped surfaces
-_METRES = np.array((1.0, 1.0, LEVER))
+_LEAST = np.diag(np.square(LEAST_STD))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +29,7 @@ class Alignment:
 
     def covariance(self, believed: FloatArray) -> FloatArray:
         """The covariance (3, 3) of ``pose``, of a belief's."""
-        total = np.linalg.inv(_bounded(believed))
+        total = np.linalg.inv(believed + _LEAST)
         total += self.directions.T @ (self.directions / self.variances[:, None])
         inverse: FloatArray = np.linalg.inv(total)
         return inverse
@@ -67,26 +64,26 @@ class ScanAligner:
 
         None where too few of them come from mapped surfaces.
         """
-        believed = _bounded(covariance)
-        window = np.minimum(WINDOW_STDS * np.sqrt(np.diag(believed)), MOST_WINDOW)
-        aligned, slope, hessian = np.empty(3), np.empty(3), np.empty((3, 3))
+        believed: FloatArray = covariance + _LEAST
         information = np.linalg.inv(believed).astype(np.float64)
-        believes = pose.as_array()
+        aligned, slope = np.empty(3), np.empty(3)
+        values, vectors = np.empty(3), np.empty((3, 3))
         near, count = align(
-            points, believes, information, window, self.field, aligned, hessian, slope
+            points,
+            pose.as_array(),
+            believed,
+            information,
+            self.field,
+            aligned,
+            slope,
+            values,
+            vectors,
         )
         if near < max(LEAST_RETURNS, LEAST_SHARE * count):
             return None
-        values, vectors = np.linalg.eigh(hessian / np.outer(_METRES, _METRES))
         known = values > KNOWN_STD**-2
         values, vectors = values[known], vectors[:, known].T
-        offsets = -(vectors @ (slope / _METRES)) / values
+        offsets = -(vectors @ (slope / METRES)) / values
         x, y, yaw = aligned.tolist()
         place = Pose2D(x, y, normalize_angle(yaw))
-        return Alignment(place, vectors * _METRES, offsets, 1.0 / values + SHARED_STD**2)
-
-
-def _bounded(covariance: FloatArray) -> FloatArray:
-    """A belief's covariance (3, 3) with at least ``LEAST_STD``."""
-    least: FloatArray = covariance + np.diag(np.square(LEAST_STD))
-    return least
+        return Alignment(place, vectors * METRES, offsets, 1.0 / values + SHARED_STD**2)
