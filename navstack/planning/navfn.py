@@ -140,6 +140,7 @@ def end_at(poses: FloatArray, goal: Pose2D) -> FloatArray:
 
 
 SLACK = 8000.0  # of potential (8 m of free cells) that a path may cost more than the bound says
+RETREAT = 2000.0  # of potential that the robot may go back before the bound is made anew
 
 
 class GoalBound:
@@ -185,7 +186,7 @@ class GoalBound:
         self._floor = costmap.floor
         self._goal = goal
         floor = Costmap(costmap.floor, costmap.resolution, costmap.origin_x, costmap.origin_y)
-        self._complete_below = self._field.expand(floor, goal, robot, margin=2.0 * SLACK)
+        self._complete_below = self._field.expand(floor, goal, robot, margin=SLACK + RETREAT)
 
 
 def is_exact(potential: np.float32, limit: float) -> bool:
