@@ -49,10 +49,20 @@ class Listed(NamedTuple):
 
 
 @njit()
-def place_of(x: int, y: int, window: IntArray, present: ByteArray) -> int:
-    """Where the flat ``present`` holds the state of a cell of the window."""
+def wrapping(window: IntArray, present: ByteArray) -> tuple[int, int]:
+    """What is added to x and y of a cell of the window before they are wrapped around once."""
     height, width = present.shape
-    column, row = x - window[0] + window[0] % width, y - window[1] + window[1] % height
+    return window[0] % width - window[0], window[1] % height - window[1]
+
+
+@njit()
+def place_of(x: int, y: int, shift: tuple[int, int], present: ByteArray) -> int:
+    """Where the flat ``present`` holds the state of a cell of the window.
+
+    ``shift`` is of :func:`wrapping`, which divides: too slow to be done for every cell.
+    """
+    height, width = present.shape
+    column, row = x + shift[0], y + shift[1]
     if column >= width:
         column -= width
     if row >= height:
@@ -96,6 +106,7 @@ def clear_hit(
     """
     cells, count, present, window = listed
     flat = present.reshape(-1)
+    shift = wrapping(window, present)
     ox, oy = place
     sensor = (
         (ox - origin[0]) / resolution + window[0],
@@ -109,7 +120,7 @@ def clear_hit(
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
         if is_hit(x, y, sensor, points, starts, view, lines):
-            flat[_u(place_of(x, y, window, present))] |= DOUBTED
+            flat[_u(place_of(x, y, shift, present))] |= DOUBTED
 
 
 @njit(ahead=True)
@@ -134,6 +145,7 @@ def mark_cells(
     """
     cells, count, present, window = listed
     flat = present.reshape(-1)
+    shift = wrapping(window, present)
     ox, oy = place
     origin_x, origin_y, size_x, size_y = origin[0], origin[1], window[2], window[3]
     if max(abs(window[0]), abs(window[1])) > _FARTHEST:
@@ -153,7 +165,7 @@ def mark_cells(
         if squared < least * least or squared >= most * most:
             continue
         x, y = mx + window[0], my + window[1]
-        at = _u(place_of(x, y, window, present))
+        at = _u(place_of(x, y, shift, present))
         if flat[at] != 0:
             flat[at] = LISTED
             continue
@@ -173,10 +185,11 @@ def drop_doubted(listed: Listed, changed: IntArray) -> int:
     """Drop the cells that are doubted; returns how many remain."""
     cells, count, present, window = listed
     flat = present.reshape(-1)
+    shift = wrapping(window, present)
     kept = 0
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
-        at = _u(place_of(x, y, window, present))
+        at = _u(place_of(x, y, shift, present))
         if flat[at] & DOUBTED:
             grow(changed, x, y)
             flat[at] = 0
@@ -192,14 +205,23 @@ def drop_outside(
     box: Box,
     changed: IntVector,
 ) -> int:
-    """Drop the cells outside the box x0, xn, y0, yn (ends exclusive); returns how many remain."""
+    """Drop the cells outside the box x0, xn, y0, yn (ends exclusive), of which none is doubted.
+
+    Returns how many remain.
+    """
     cells, count, present, window = listed
     flat = present.reshape(-1)
+    shift = wrapping(window, present)
+    kept = 0
     for i in range(_u(count)):
         x, y = int(cells[i, 0]), int(cells[i, 1])
-        if not (box[0] <= x < box[1] and box[2] <= y < box[3]):
-            flat[_u(place_of(x, y, window, present))] |= DOUBTED
-    return drop_doubted(listed, changed)
+        if box[0] <= x < box[1] and box[2] <= y < box[3]:
+            cells[kept, 0], cells[kept, 1] = x, y
+            kept += 1
+        else:
+            grow(changed, x, y)
+            flat[_u(place_of(x, y, shift, present))] = 0
+    return kept
 
 
 @njit(ahead=True)
@@ -218,6 +240,7 @@ def drop_polygon(
     """
     cells, count, present, window = listed
     flat = present.reshape(-1)
+    shift = wrapping(window, present)
     first, last = polygon_columns(
         polygon, origin, resolution, window[2], window[3], columns[0], columns[1]
     )
@@ -225,5 +248,5 @@ def drop_polygon(
         x, y = int(cells[i, 0]), int(cells[i, 1])
         column, row = x - window[0], y - window[1]
         if first <= column <= last and columns[0, column] <= row <= columns[1, column]:
-            flat[_u(place_of(x, y, window, present))] |= DOUBTED
+            flat[_u(place_of(x, y, shift, present))] |= DOUBTED
     return drop_doubted(listed, changed)
