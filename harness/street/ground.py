@@ -26,6 +26,8 @@ from navstack.types import FloatArray
 _LEAST_AREA = 0.05  # [m2] of a piece that stays
 _SIMPLER = 0.05  # [m] by which outlines may move
 _PLAZAS = ("pedestrian", "footway", "path", "living_street")
+_COVERED = ("yes", "arcade", "colonnade")
+_HEADROOM = 2.0  # [m] a building that begins higher stands in nobody's way
 _GREEN = {"landuse": ("grass", "meadow"), "leisure": ("park", "garden"), "natural": ("scrub",)}
 
 
@@ -144,19 +146,25 @@ def _buildings(
     """Kind, footprint [m] and height [m]; passages and covered ways lead through."""
     passages = []
     for way in extract.lines:
-        is_passage = (
-            way.tags.get("tunnel") == "building_passage" or way.tags.get("covered") == "yes"
-        )
-        if is_passage and "highway" in way.tags:
+        is_passage = way.tags.get("tunnel") == "building_passage"
+        is_covered = way.tags.get("covered") in _COVERED
+        if (is_passage or is_covered) and "highway" in way.tags:
             passages.append(way.geometry.buffer(0.5 * _passage_width(way.tags)))
     through = _union(passages)
     found = []
     for area in extract.areas:
-        if area.tags.get("building", "no") in ("no", "roof", "carport"):
+        if area.tags.get("building", "no") in ("no", "roof", "carport") or _is_aloft(area.tags):
             continue
         shape = shapely.difference(shapely.intersection(area.geometry, box), through)
         found.append(("building_glass", _polygons(shape).simplify(_SIMPLER), _height(area.tags)))
     return found
+
+
+def _is_aloft(tags: dict[str, str]) -> bool:
+    """Whether a building leaves the ground free, as one that bridges a way."""
+    lowest = tagged_length(tags, "min_height")
+    level = tags.get("building:min_level", "")
+    return (lowest is not None and lowest > _HEADROOM) or (level.isdecimal() and int(level) >= 1)
 
 
 def _passage_width(tags: dict[str, str]) -> float:

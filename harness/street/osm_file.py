@@ -1,7 +1,9 @@
 """The things of an OpenStreetMap extract that a street is made of, in metres."""
 
+import contextlib
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,7 @@ _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign"
 ).split()
 _AREA_KEYS = "building highway place landuse leisure natural".split()
+_LINE_KEYS = ("highway", "barrier")  # other ways count as areas only
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +59,7 @@ class MappedThing:
 
     tags: dict[str, str]
     geometry: shapely.Geometry  # [m] x east, y north of the box's lower left corner
-    nodes: tuple[int, ...] = ()  # of a way, or the node's own number
+    nodes: tuple[int, ...] = ()  # of a line, one for each corner, or the node's own number
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,12 +96,16 @@ def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
         ) from None
     try:
         geo = _box_of(osmium, path, geo)
-        return _read(osmium, path, geo)
+        with _in_order(osmium, path) as ordered:
+            found = _read(osmium, ordered, geo)
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         reason = str(error).splitlines()[0]
         raise MapError(
             f"{path}: is broken or cut off ({reason}); download the extract again"
         ) from None
+    if not found.lines and not found.areas:
+        raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
+    return found
 
 
 def _osmium() -> Any:
@@ -130,6 +137,24 @@ def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
     return geo
 
 
+@contextlib.contextmanager
+def _in_order(osmium: Any, path: Path) -> Iterator[Path]:
+    """The same file with nodes before ways, by number, as reading in one go asks for.
+
+    Extracts in PBF are in order; XML of query services often has ways before their nodes.
+    """
+    if path.name.endswith(".pbf"):
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        ordered = Path(folder) / "ordered.osm.pbf"
+        merger = osmium.MergeInputReader()
+        merger.add_file(str(path))
+        with osmium.SimpleWriter(str(ordered)) as writer:
+            merger.apply(writer)
+        yield ordered
+
+
 def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
     project = Proj(proj="aeqd", ellps="WGS84", lat_0=geo.south, lon_0=geo.west)
     width, depth = project(geo.east, geo.south)[0], project(geo.west, geo.north)[1]
@@ -147,35 +172,49 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
         tags = dict(one.tags)
         if is_below_or_above(tags):
             continue
-        made = _geometry(osmium, factory, one)
-        if made is None:
-            continue
-        kind, wkb, nodes = made
-        geometry = shapely.transform(shapely.from_wkb(wkb), lambda lonlat: _metres(project, lonlat))
-        if shapely.intersects(grown, geometry):
-            _check_line(kind, one.id, geometry)
-            found[kind].append(MappedThing(tags, geometry, nodes))
-    if not found["line"] and not found["area"]:
-        raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
+        for kind, shape, nodes in _shapes(osmium, factory, one):
+            geometry = shapely.transform(shape, lambda lonlat: _metres(project, lonlat))
+            if shapely.intersects(grown, geometry):
+                _check_line(kind, one.id, geometry)
+                found[kind].append(MappedThing(tags, geometry, nodes))
     return Extract(geo, box, found["point"], found["line"], found["area"])
 
 
-def _geometry(osmium: Any, factory: Any, one: Any) -> tuple[str, str, tuple[int, ...]] | None:
-    """Kind, geometry as hexadecimal WKB, and nodes of an object; None: it has no shape."""
+Shape = tuple[str, shapely.Geometry, tuple[int, ...]]
+
+
+def _shapes(osmium: Any, factory: Any, one: Any) -> list[Shape]:
+    """Kind, geometry [deg] and nodes of an object's parts; empty: it has no shape."""
+    if one.is_way():
+        return _lines(one)
     try:
         if one.is_node():
-            return "point", factory.create_point(one), (one.id,)
-        if one.is_area() and _is_loop(one):
-            return None
-        if one.is_area():
-            return "area", factory.create_multipolygon(one), ()
-        if one.is_way():
-            apart = groupby(one.nodes, key=lambda node: (node.lon, node.lat))
-            nodes = tuple(next(same).ref for _, same in apart)  # as many as the line has corners
-            return "line", factory.create_linestring(one), nodes
+            return [("point", shapely.from_wkb(factory.create_point(one)), (one.id,))]
+        if one.is_area() and not _is_loop(one):
+            return [("area", shapely.from_wkb(factory.create_multipolygon(one)), ())]
     except (RuntimeError, osmium.InvalidLocationError):
-        return None  # a way that the extract cuts off, or a line of one point
-    return None
+        return []  # an area that the extract cuts off
+    return []
+
+
+def _lines(way: Any) -> list[Shape]:
+    """The parts of a way between nodes that the file leaves out, as an extract does at its edge."""
+    if not any(key in way.tags for key in _LINE_KEYS):
+        return []
+    parts: list[list[tuple[tuple[float, float], int]]] = [[]]
+    for node in way.nodes:
+        if not node.location.valid():
+            parts.append([])
+            continue
+        place = node.lon, node.lat
+        if not parts[-1] or parts[-1][-1][0] != place:
+            parts[-1].append((place, node.ref))
+    found: list[Shape] = []
+    for part in parts:
+        if len(part) > 1:
+            places, nodes = zip(*part, strict=True)
+            found.append(("line", shapely.LineString(places), nodes))
+    return found
 
 
 def _check_line(kind: str, number: int, geometry: shapely.Geometry) -> None:

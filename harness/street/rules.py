@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-_LENGTH = re.compile(r"\s*(\d+(?:\.\d+)?)\s*m?\s*")
-_FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
-_FOOT, _INCH = 0.3048, 0.0254  # [m]
+_LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|cm)?\s*")
+_FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|feet|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
+_FOOT, _INCH, _CENTIMETRE = 0.3048, 0.0254, 0.01  # [m]
 LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
 
 
@@ -39,7 +39,9 @@ def tagged_length(tags: dict[str, str], key: str) -> float | None:
     text = tags.get(key, "")
     metres, feet = _LENGTH.fullmatch(text), _FEET.fullmatch(text)
     if metres is not None:
-        length = float(metres[1])
+        length = float(metres[1].replace(",", "."))
+        if metres[2] == "cm":
+            length *= _CENTIMETRE
     elif feet is not None:
         length = _FOOT * float(feet[1]) + _INCH * float(feet[2] or 0.0)
     else:

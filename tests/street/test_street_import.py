@@ -69,7 +69,17 @@ def test_a_width_that_is_tagged_counts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "metres"),
-    [("3", 3.0), ("3.5 m", 3.5), ("8'", 2.4384), ("7'6\"", 2.286), ("10 ft", 3.048)],
+    [
+        ("3", 3.0),
+        ("3.5 m", 3.5),
+        ("2,5", 2.5),
+        ("250 cm", 2.5),
+        ("2 metres", 2.0),
+        ("8'", 2.4384),
+        ("7'6\"", 2.286),
+        ("10 ft", 3.048),
+        ("8 feet", 2.4384),
+    ],
 )
 def test_a_length_may_be_in_metres_or_feet(text: str, metres: float) -> None:
     assert tagged_length({"width": text}, "width") == pytest.approx(metres)
@@ -179,11 +189,22 @@ def test_buildings_are_convex_pieces_of_the_tagged_height(district: District) ->
     assert area == pytest.approx(1600.0, rel=0.01)
 
 
-def test_a_passage_leads_through_a_building(tmp_path: Path) -> None:
+@pytest.mark.parametrize("tags", [{"tunnel": "building_passage"}, {"covered": "arcade"}])
+def test_a_passage_leads_through_a_building(tmp_path: Path, tags: dict[str, str]) -> None:
     town = small_town()
-    town.way((140, 100), (140, 200), highway="footway", tunnel="building_passage")
+    town.way((140, 100), (140, 200), highway="footway", **tags)
     walkable = district_of(town, tmp_path).ground.walkable
     assert walkable.contains(shapely.LineString(((140, 115), (140, 165))))
+
+
+@pytest.mark.parametrize("tags", [{"min_height": "4"}, {"building__min_level": "1"}])
+def test_a_building_above_a_way_leaves_it_free(tmp_path: Path, tags: dict[str, str]) -> None:
+    town = small_town()
+    town.way((20, 20), (40, 20), (40, 40), (20, 40), (20, 20), building="yes", **tags)
+    town.way((30, 0), (30, 90), highway="footway")
+    ground = district_of(town, tmp_path).ground
+    assert ground.walkable.contains(shapely.LineString(((30, 5), (30, 85))))
+    assert sum(kind == "building_glass" for kind, _, _ in ground.built) == 1
 
 
 def test_cells_have_their_centre_in_the_polygon() -> None:

@@ -1,5 +1,6 @@
 """A town of one junction, as OpenStreetMap would have it: 200 m x 200 m."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 WEST, SOUTH = 24.9, 60.1
@@ -22,19 +23,30 @@ class Town:
         return self._nodes.setdefault(point, len(self._nodes) + 1)
 
     def way(self, *points: Point, **tags: str) -> None:
-        refs = "".join(f'<nd ref="{self.node(point)}"/>' for point in points)
-        number = len(self._ways) + 1
-        self._ways.append(f'<way id="{number}" version="1">{refs}{_tags(tags)}</way>')
+        refs = [self.node(point) for point in points]
+        self._ways.append(element("way", len(self._ways) + 1, refs, **tags))
 
     def write(self, path: Path) -> Path:
         nodes = [
-            f'<node id="{number}" version="1" lon="{WEST + x * _METRE_X:.9f}" '
-            f'lat="{SOUTH + y * _METRE_Y:.9f}">{_tags(self._tags[x, y])}</node>'
-            for (x, y), number in self._nodes.items()
+            node_element(number, *point, **self._tags[point])
+            for point, number in self._nodes.items()
         ]
         body = "\n".join([*nodes, *self._ways])
         path.write_text(f'<osm version="0.6">\n{body}\n</osm>\n', encoding="utf-8")
         return path
+
+
+def node_element(number: int, x: float, y: float, **tags: str) -> str:
+    """A node at a place in metres from the lower left corner."""
+    lon, lat = WEST + x * _METRE_X, SOUTH + y * _METRE_Y
+    place = f'lon="{lon:.9f}" lat="{lat:.9f}"'
+    return f'<node id="{number}" version="1" {place}>{_tags(tags)}</node>'
+
+
+def element(what: str, number: int, nodes: Iterable[int], inside: str = "", **tags: str) -> str:
+    """A way or a relation of nodes and of other members."""
+    refs = "".join(f'<nd ref="{node}"/>' for node in nodes)
+    return f'<{what} id="{number}" version="1">{refs}{inside}{_tags(tags)}</{what}>'
 
 
 def _tags(tags: dict[str, str]) -> str:

@@ -1,0 +1,75 @@
+"""Shapes that files of OpenStreetMap have: cut ways, ways before nodes, areas of several ways."""
+
+from pathlib import Path
+
+import pytest
+import shapely
+
+from harness.street.district import build_district
+from harness.street.osm_file import Extract, GeoBox, read_extract
+from tests.street.town import BOX, element, node_element
+
+pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
+GEO = GeoBox(*map(float, BOX.split(",")))
+
+
+def extract_of(folder: Path, *elements: str) -> Extract:
+    file = folder / "town.osm"
+    body = "\n".join(elements)
+    file.write_text(f'<osm version="0.6">\n{body}\n</osm>\n', encoding="utf-8")
+    return read_extract(file, GEO)
+
+
+def row_of_nodes(*places: float) -> list[str]:
+    """Nodes 1, 2, ... at these x [m], in the middle of the box."""
+    return [node_element(number + 1, x, 100.0) for number, x in enumerate(places)]
+
+
+def test_a_way_keeps_the_parts_whose_nodes_the_file_has(tmp_path: Path) -> None:
+    nodes = row_of_nodes(10.0, 50.0, 120.0, 180.0)
+    way = element("way", 1, (77, 1, 2, 78, 3, 4, 79), highway="residential")
+    lines = extract_of(tmp_path, *nodes, way).lines
+    assert [line.nodes for line in lines] == [(1, 2), (3, 4)]
+    assert [line.geometry.length for line in lines] == pytest.approx([40.0, 60.0], rel=0.01)
+
+
+def test_a_node_alone_or_twice_at_a_place_is_no_line(tmp_path: Path) -> None:
+    nodes = row_of_nodes(10.0, 10.0, 60.0)
+    alone = element("way", 1, (1,), highway="footway")
+    same = element("way", 2, (1, 2), highway="footway")
+    line = element("way", 3, (1, 2, 3), highway="footway")
+    lines = extract_of(tmp_path, *nodes, alone, same, line).lines
+    assert [line.nodes for line in lines] == [(1, 3)]
+
+
+def test_ways_may_stand_before_their_nodes(tmp_path: Path) -> None:
+    nodes = row_of_nodes(10.0, 50.0, 120.0)
+    way = element("way", 5, (1, 2, 3), highway="footway")
+    ordered = extract_of(tmp_path, *nodes, way).lines
+    lines = extract_of(tmp_path, way, *reversed(nodes)).lines
+    assert lines[0].nodes == (1, 2, 3)
+    assert lines[0].geometry == ordered[0].geometry
+
+
+def test_a_coastline_is_no_street(tmp_path: Path) -> None:
+    nodes = row_of_nodes(-9000.0, 10.0, 100.0, 9000.0)
+    coast = element("way", 1, (1, 4), natural="coastline")
+    path = element("way", 2, (2, 3), highway="footway")
+    assert [line.nodes for line in extract_of(tmp_path, *nodes, coast, path).lines] == [(2, 3)]
+
+
+def test_a_square_of_several_ways_has_its_hole(tmp_path: Path) -> None:
+    corners = [(20, 20), (80, 20), (80, 80), (20, 80), (40, 40), (60, 40), (60, 60), (40, 60)]
+    nodes = [node_element(number + 1, *corner) for number, corner in enumerate(corners)]
+    outer = element("way", 1, (1, 2, 3)), element("way", 2, (3, 4, 1))
+    inner = element("way", 3, (5, 6, 7, 8, 5))
+    members = "".join(
+        f'<member type="way" ref="{number}" role="{role}"/>'
+        for number, role in ((1, "outer"), (2, "outer"), (3, "inner"))
+    )
+    tags = {"type": "multipolygon", "highway": "pedestrian"}
+    square = element("relation", 1, (), inside=members, **tags)
+    extract = extract_of(tmp_path, *nodes, *outer, inner, square)
+    plazas = build_district(extract, 0).ground.plazas
+    assert plazas.area == pytest.approx(60.0 * 60.0 - 20.0 * 20.0, rel=0.01)
+    assert not plazas.contains(shapely.Point(50.0, 50.0))
