@@ -152,6 +152,8 @@ class Parts:
 
     def world(self) -> PyBulletWorld:
         """The world, to be reset; the process has one for all tasks that are alike."""
+        if not isinstance(self._place, str):
+            return self.new_world()  # no leg is driven twice
         return _world(*self._world_key())
 
     def new_world(self, people: PedestrianModel | None = None) -> PyBulletWorld:
@@ -199,7 +201,10 @@ class Parts:
             )
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
-        return _navigator(world, self._place, task.stack, task.allow_unknown, prices, factor)
+        make = _navigator
+        if not isinstance(self._place, str):
+            make = _make_navigator
+        return make(world, self._place, task.stack, task.allow_unknown, prices, factor)
 
 
 def _make_world(
@@ -233,8 +238,7 @@ def _steps_per_tick_of(nav2_file: str, allow_unknown: bool, rate: float) -> int:
     return steps_per_tick(nav2_parameters(nav2_file, allow_unknown), rate)
 
 
-@kept(BRAINS_KEPT, is_heavy=True)
-def _navigator(
+def _make_navigator(
     world: World,
     place: "str | Leg",
     stack: Stack,
@@ -245,6 +249,8 @@ def _navigator(
     nav2 = on_wall_time(nav2_parameters(stack.nav2_file, allow_unknown), real_time_factor)
     return navigator_on(scene_of(place), world, stack, nav2, prices)
 
+
+_navigator = kept(BRAINS_KEPT, is_heavy=True)(_make_navigator)
 
 @kept(1)
 def _ros2_brain(world: World, place: "str | Leg", stack: Stack) -> Brain:

@@ -1,8 +1,10 @@
 """A delivery on a district: the legs of its mission, driven one after the other, as one row."""
 
+import contextlib
 import dataclasses
+import gc
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,8 +61,23 @@ def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
     Raises:
         NavstackError: the task cannot be set up.
     """
-    with passing_map():
+    with passing_map(), _quick_collection():
         return _drive_mission(task, make_brain)
+
+
+@contextlib.contextmanager
+def _quick_collection() -> Iterator[None]:
+    """Within it :func:`_free_memory` is quick."""
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def _free_memory() -> None:
+    """Free what the leg before left, world and brain; later searches pass over what stays."""
+    gc.collect()
+    gc.freeze()
 
 
 def _drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
@@ -103,21 +120,30 @@ def _drive_legs(
         begin = carried.seconds + wait
         legacy = carried.legacy and dataclasses.replace(carried.legacy, age=wait)
         carried = dataclasses.replace(carried, seconds=begin, legacy=legacy)
-        running = RunningDelivery(own, make_brain, carried=carried)
-        while running.verdict is None:
-            running.drive_tick()
-        done.append(_driven(running, before + begin))
-        pose, row = done[-1].pose, done[-1].row
-        carried = Carried(
-            pose,
-            running.brain.belief or Belief(pose),
-            begin + row["duration_s"],
-            carried.impulse + row["collision_impulse_ns"],
-            running.world.legacy,
-        )
-        if not done[-1].has_arrived:
+        driven, carried = _drive_leg(own, make_brain, carried, before + begin)
+        done.append(driven)
+        if not driven.has_arrived:
             break
     return done, carried
+
+
+def _drive_leg(
+    task: EpisodeTask, make_brain: MakeBrain, carried: Carried, begin: float
+) -> tuple[DrivenLeg, Carried]:
+    """Drive one leg, with a world and a brain of its own."""
+    _free_memory()
+    running = RunningDelivery(task, make_brain, carried=carried)
+    while running.verdict is None:
+        running.drive_tick()
+    driven = _driven(running, begin)
+    after = Carried(
+        driven.pose,
+        running.brain.belief or Belief(driven.pose),
+        carried.seconds + driven.row["duration_s"],
+        carried.impulse + driven.row["collision_impulse_ns"],
+        running.world.legacy,
+    )
+    return driven, after
 
 
 def _end_of_way_back(back: Sequence[DrivenLeg], legs: int) -> Outcome:

@@ -84,6 +84,8 @@ def shared_array(cells: int, compute: Callable[[], Array], name: str, *parts: An
     """
     if cells < SHARED_FROM:
         return compute()
+    if _is_passing.get():
+        return np.ascontiguousarray(compute())
     return cached_array(content_key(name, *parts), compute)
 
 

@@ -8,6 +8,7 @@ nearest one above or below counts (:mod:`~navstack.costmap.spread_kernels`). Nav
 up by a rounded distance; the parameter ``distance_steps`` does the same.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -27,6 +28,7 @@ from navstack.params.costmap import InflationLayerParams
 from navstack.types import ByteArray, IntArray
 
 MOST_RADIUS = 500  # [cells] of an inflation; 25 m at 0.05 m/cell
+CELLS_A_SOURCE = 64  # a map has fewer sources than one in so many cells, as a rule
 # where the exponential begins, at the inscribed radius
 HIGHEST_FALLING_COST = INSCRIBED_INFLATED_OBSTACLE - 1
 
@@ -46,6 +48,7 @@ def inflation_cost(distance: float, inscribed_radius: float, cost_scaling_factor
     return int(HIGHEST_FALLING_COST * factor)
 
 
+@functools.lru_cache(maxsize=16)
 def cost_kernel(
     params: InflationLayerParams, resolution: float, inscribed_radius: float
 ) -> ByteArray:
@@ -54,7 +57,7 @@ def cost_kernel(
     ``inscribed_radius`` [m] is that of the padded footprint.
 
     Returns:
-        (2 radius + 1, 2 radius + 1) with the cell in the middle.
+        (2 radius + 1, 2 radius + 1) with the cell in the middle; read only.
 
     Raises:
         ParameterError: the radius has more than ``MOST_RADIUS`` cells.
@@ -79,6 +82,7 @@ def cost_kernel(
                     distance * resolution, inscribed_radius, params.cost_scaling_factor
                 )
                 costs[dy + radius, dx + radius] = cost
+    costs.flags.writeable = False
     return costs
 
 
@@ -149,6 +153,9 @@ class Inflation:
     def _find(self, costs: ByteArray, x0: int, xn: int, y0: int, yn: int) -> int:
         """Put the sources into the buffer, which grows with the need, and count them."""
         find, around_unknown = inflation_kernels.find_sources, self.params.inflate_around_unknown
+        likely = (xn - x0) * (yn - y0) // CELLS_A_SOURCE
+        if likely > len(self._sources):
+            self._sources = np.empty((likely, 2), dtype=np.int32)
         count = int(find(costs, x0, xn, y0, yn, around_unknown, self._sources))
         if count > len(self._sources):
             self._sources = np.empty((2 * count, 2), dtype=np.int32)

@@ -72,8 +72,12 @@ def check_map_name(name: str) -> None:
         )
 
 
-def load_scene(name_or_path: str | Path) -> Scene:
+def load_scene(name_or_path: str | Path, with_mesh: bool = True) -> Scene:
     """Read a shipped map by its name, or any map_server YAML file by its path.
+
+    Args:
+        name_or_path: of the map.
+        with_mesh: read the navigation mesh, too; False: it is made anew if it is asked for.
 
     Raises:
         UnknownNameError: no shipped map has this name.
@@ -82,7 +86,9 @@ def load_scene(name_or_path: str | Path) -> Scene:
     path = _resolve(str(name_or_path))
     geometry = align(_load_grid(path))
     walkable = _load_companion(path, _WALKABLE, geometry) or _free_part(geometry)
-    mesh = _load_companion(path, _MESH, geometry)
+    mesh = None
+    if with_mesh:
+        mesh = _load_companion(path, _MESH, geometry)
     objects_path = path.with_suffix(".geojson")
     credit = ""
     if objects_path.exists():

@@ -77,7 +77,7 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
 @kept(4)
 def _tile(path: Path) -> Scene:
     """A tile's scene: the next leg needs most of the tiles that this one needs."""
-    return load_scene(path)
+    return load_scene(path, with_mesh=False)
 
 
 @kept(2)
