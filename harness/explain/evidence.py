@@ -16,6 +16,7 @@ from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.parameters import parameter_folder
+from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
@@ -122,6 +123,19 @@ def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any], recording:
     if file.is_file():
         decisions = read_decisions(file)
     return _evidence(run, episode, arrays, decisions, None, RECORDING)
+
+
+def require_one_map(run: StoredRun, what: str) -> None:
+    """Check that a run's deliveries can be driven again and watched.
+
+    Raises:
+        InputError: they are missions on a district, of which only legs are known.
+    """
+    if is_district(str(run.about["map_name"])):
+        raise InputError(
+            f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "
+            f"each leg in recordings/, and navbench map losses {run.folder} draws what was lost"
+        )
 
 
 def task_of(run: StoredRun, episode: int) -> EpisodeTask:

@@ -239,8 +239,8 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
         )
     if not is_district(map_name):
         raise InputError(
-            f"--distance {least:g},{most:g} is for a folder of navbench map osm; leave it out on "
-            f"the map '{map_name}'"
+            f"--distance {least:g},{most:g} is for a folder of navbench map osm, which "
+            f"'{map_name}' is not; give such a folder, or leave it out"
         )
 
 

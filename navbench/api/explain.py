@@ -19,6 +19,7 @@ from harness.explain.evidence import (
     events_of,
     recorded,
     recording_file,
+    require_one_map,
 )
 from harness.explain.moments import (
     Moment,
@@ -97,6 +98,7 @@ def explain(
             out.mkdir(parents=True, exist_ok=True)
     stored = run.stored
     side_of(stored)  # one stack
+    require_one_map(stored, "explain")
     evidence = _evidence(stored, episode, again)
     if evidence is None and rewind:
         raise InputError(

@@ -13,6 +13,7 @@ from harness.report.page.replays import one_recorded, shown
 from harness.report.page.scenery import scene_of_run
 from harness.report.replay_bag import write_bag
 from harness.storage.files import require_writable, write_text, writing
+from harness.storage.shipped import is_district
 from harness.study.stored_run import StoredRun
 from harness.world.map.scene import Scene
 from navbench.api.driving import say_notes
@@ -65,8 +66,11 @@ def _drive_again(
     from harness.explain.moments import costly_episodes
 
     recordings: dict[tuple[Path, str, int], Path] = {}
+    on_maps = [run for run in runs if not is_district(str(run.about["map_name"]))]
     missing = [
-        each for each in dearest(runs, most) if not recording_file(each.run, each.episode).is_file()
+        each
+        for each in dearest(on_maps, most)
+        if not recording_file(each.run, each.episode).is_file()
     ]
     if not missing:
         return recordings, []
@@ -114,8 +118,14 @@ def replay(run: Run, episode: int, *, html: Path | None = None, mcap: Path | Non
 def _replay(
     run: StoredRun, episode: int, html: Path | None, mcap: Path | None, folder: Path
 ) -> int:
-    from harness.explain.evidence import delivery_row, record_again, recording_file
+    from harness.explain.evidence import (
+        delivery_row,
+        record_again,
+        recording_file,
+        require_one_map,
+    )
 
+    require_one_map(run, "replay")
     path = recording_file(side_of(run).run, episode)
     delivery_row(run, episode)
     if path.exists() and not path.is_file():

@@ -178,6 +178,14 @@ def test_from_an_extract_to_profit_per_day(
     assert status("day", "--legs", out, *day, "--out", str(tmp_path / "day"), "--json") == 0
     stack = json.loads(capsys.readouterr().out)
     assert stack["settings"]["orders_per_day_per_day"] == 30.0
+    page = tmp_path / "report.html"
+    assert status("report", out, "--out", str(page)) == 0
+    assert "nav2-gps-ekf" in page.read_text(encoding="utf-8")
+    capsys.readouterr()
+    for words in (["explain", out, "0"], ["replay", out, "0", "--html", str(page)]):
+        assert status(*words) == 1
+        error = capsys.readouterr().err
+        assert f"{words[0]} is for deliveries on one map" in error and error.count("\n") == 1
 
 
 def test_what_a_district_cannot_do_is_one_line(
