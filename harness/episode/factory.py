@@ -201,10 +201,10 @@ class Parts:
             )
         prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
-        make = _navigator
-        if not isinstance(self._place, str):
-            make = _make_navigator
-        return make(world, self._place, task.stack, task.allow_unknown, prices, factor)
+        given = world, self._place, task.stack, task.allow_unknown, prices, factor
+        if isinstance(self._place, str):
+            return _navigator(*given)
+        return _make_navigator(*given)
 
 
 def _make_world(
@@ -251,6 +251,7 @@ def _make_navigator(
 
 
 _navigator = kept(BRAINS_KEPT, is_heavy=True)(_make_navigator)
+
 
 @kept(1)
 def _ros2_brain(world: World, place: "str | Leg", stack: Stack) -> Brain:

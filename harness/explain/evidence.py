@@ -16,7 +16,6 @@ from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.parameters import parameter_folder
-from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
@@ -131,7 +130,7 @@ def require_one_map(run: StoredRun, what: str) -> None:
     Raises:
         InputError: they are missions on a district, of which only legs are known.
     """
-    if is_district(str(run.about["map_name"])):
+    if run.is_on_district:
         raise InputError(
             f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "
             f"each leg in recordings/, and navbench map losses {run.folder} draws what was lost"

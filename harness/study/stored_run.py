@@ -22,6 +22,7 @@ from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, count_finished
+from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows
 from harness.storage.texts import clean_text
 from harness.study.stored_checks import check_events, check_plausible, check_whole
@@ -66,6 +67,11 @@ class StoredRun:
     def map_name(self) -> str:
         """Name of its map."""
         return Path(self.about["map_name"]).stem
+
+    @property
+    def is_on_district(self) -> bool:
+        """Whether its deliveries are missions on a folder of ``navbench map osm``."""
+        return is_district(str(self.about["map_name"]))
 
     @property
     def is_whole(self) -> bool:

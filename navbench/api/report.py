@@ -13,7 +13,6 @@ from harness.report.page.replays import one_recorded, shown
 from harness.report.page.scenery import scene_of_run
 from harness.report.replay_bag import write_bag
 from harness.storage.files import require_writable, write_text, writing
-from harness.storage.shipped import is_district
 from harness.study.stored_run import StoredRun
 from harness.world.map.scene import Scene
 from navbench.api.driving import say_notes
@@ -66,7 +65,7 @@ def _drive_again(
     from harness.explain.moments import costly_episodes
 
     recordings: dict[tuple[Path, str, int], Path] = {}
-    on_maps = [run for run in runs if not is_district(str(run.about["map_name"]))]
+    on_maps = [run for run in runs if not run.is_on_district]
     missing = [
         each
         for each in dearest(on_maps, most)

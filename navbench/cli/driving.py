@@ -125,6 +125,8 @@ def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
         where, following = f"page: {page}", f"replay {folder}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {folder}"
+    if page is not None and run.is_on_district:
+        following = f"map losses {folder}:{run.stacks[0].name}"
     checksum = (root_digest(folder) or "")[:DIGITS]
     last = f"{where}; checksum {checksum}; next: navbench {following}"
     print_blocks([Text(last, "whole")], report_console())

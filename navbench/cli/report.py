@@ -51,7 +51,10 @@ def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
     if len(loaded) > MOST_RUNS:
         click.echo(f"and {len(loaded) - MOST_RUNS} more runs")
     print_size(out, "page, ")
-    click.echo(f"next: navbench explain {shlex.quote(runs[0])}")
+    following = "explain"
+    if loaded[0].stored.is_on_district:
+        following = "map losses"
+    click.echo(f"next: navbench {following} {shlex.quote(runs[0])}")
 
 
 def print_size(out: Path, content: str = "") -> None:

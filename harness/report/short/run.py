@@ -23,7 +23,6 @@ from harness.report.short.touches import touches_line
 from harness.report.table_rows import RATES, TableRow
 from harness.report.verdict import earnings, rankings
 from harness.storage.rows import values
-from harness.storage.shipped import is_district
 from harness.study.stored_run import StoredRun, StoredStack
 
 PUBLISHED_BESIDE = "Nav2 w/ GPS"  # the published method that drives like the stacks here
@@ -68,7 +67,7 @@ def summary_blocks(run: StoredRun) -> list[Block]:
     ]
     if len(columns) < MANY:
         rows = list(ROWS)
-        if is_district(str(run.about["map_name"])):
+        if run.is_on_district:
             rows += ON_STREETS
         lines += aligned(_beside([*columns, _paper(run)], rows))
         priced = robot_price_line(run, run.prices())
