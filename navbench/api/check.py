@@ -104,7 +104,7 @@ def check(
             common, or a run on one side only.
     """
     declaration = CheckDeclaration(old, new, within)
-    _require_markdown(markdown)
+    require_markdown(markdown)
     if is_run(old) != is_run(new):
         raise InputError(
             f"'{old}' and '{new}': one is a finished run; give two Nav2 files or stacks, or two "
@@ -112,18 +112,18 @@ def check(
         )
     if is_run(old):
         found = CheckResult(declaration, of_runs(old, new, within))
-        return _written(found, markdown)
+        return written(found, markdown)
     where = where or Where()
     study = study_of(old, new, where, map_name=map, **options)
     if is_same(study):
-        return _written(CheckResult(declaration, None), markdown)
+        return written(CheckResult(declaration, None), markdown)
     path = out or default_folder(f"check-{name_of(new)}")
     require_usable(path)
     notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
     texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
     found = _drive(path, declaration, where, budget)
-    return _written(dataclasses.replace(found, notes=notes), markdown)
+    return written(dataclasses.replace(found, notes=notes), markdown)
 
 
 def resume_check(
@@ -132,9 +132,9 @@ def resume_check(
     """Go on with the check of a run folder; otherwise as :func:`check`.
 
     Raises:
-        InputError: also, a comment is asked for of a check by meetings, which has none.
+        InputError: also, the folder is no check's.
     """
-    _require_markdown(markdown)
+    require_markdown(markdown)
     path = folder.resolve()  # a link may point elsewhere before the run ends
     declared = path / "params" / CHECK
     if not declared.is_file():
@@ -146,10 +146,8 @@ def resume_check(
     if declaration.estimator == MEETINGS:
         from navbench.api.check_meetings import resume_by_meetings
 
-        if markdown is not None:
-            raise InputError("a check by meetings writes no comment; leave out --markdown")
-        return resume_by_meetings(path, declaration, budget, where or Where())
-    return _written(_drive(path, declaration, where or Where(), budget), markdown)
+        return resume_by_meetings(path, declaration, budget, markdown, where or Where())
+    return written(_drive(path, declaration, where or Where(), budget), markdown)
 
 
 def is_run(given: str) -> bool:
@@ -310,14 +308,14 @@ class Differences:
         return float(margin[0])
 
 
-def _written(found: CheckResult, markdown: Path | None) -> CheckResult:
+def written(found: CheckResult, markdown: Path | None) -> CheckResult:
     """Write the comment for a pull request, if there is to be one."""
     if markdown is not None:
         write_file(markdown, check_markdown(found.checked, found.declaration))
     return found
 
 
-def _require_markdown(file: Path | None) -> None:
+def require_markdown(file: Path | None) -> None:
     """Check, before the work, that the comment can be written."""
     if file is not None:
         require_writable("comment", file, MARKDOWN)

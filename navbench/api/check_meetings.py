@@ -14,7 +14,9 @@ from harness.execution.workers import Workers
 from harness.meetings.allowed import INSTEAD, require_meetings
 from harness.meetings.estimate import missions_driven, result_of
 from harness.meetings.kept import KeptMissions, kept_missions
+from harness.report.short.meetings import meetings_markdown
 from harness.report.short.setup import nearest
+from harness.storage.documents import write_file
 from harness.storage.files import locked
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
@@ -22,7 +24,16 @@ from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where
 from harness.study.preflight import check as notes_of
 from harness.task.study import Study
-from navbench.api.check import BUDGET, CheckResult, Watch, is_run, is_same, study_of
+from navbench.api.check import (
+    BUDGET,
+    CheckResult,
+    Watch,
+    is_run,
+    is_same,
+    require_markdown,
+    study_of,
+    written,
+)
 from navbench.api.progress import say, shown
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
@@ -34,6 +45,7 @@ def check_by_meetings(
     *,
     within: float = ALIKE,
     budget: float = BUDGET,
+    markdown: Path | None = None,
     out: Path | None = None,
     where: Where | None = None,
     map: str = "sidewalk",  # noqa: A002 - as the option is called
@@ -46,6 +58,7 @@ def check_by_meetings(
         new: another one.
         within: [USD] a delivery; a difference that is surely no larger makes them alike.
         budget: [s] of wall time.
+        markdown: file for a comment on a pull request; None: none.
         out: run folder; None: ``results/<time>-check-<new>``.
         where: on this machine; None: there.
         map: a built-in map or a map_server YAML file.
@@ -67,25 +80,38 @@ def check_by_meetings(
             f"--within {within:g} is no question for meetings, where a mission's difference counts "
             f"up to {REACH:g} USD; give less"
         )
+    require_markdown(markdown)
     _require_local(where)
     study = study_of(old, new, where, map_name=map, **options)
     require_meetings(study)
     if is_same(study):
-        return CheckResult(declaration, None)
+        return written(CheckResult(declaration, None), markdown)
     path = out or default_folder(f"check-{name_of(new)}")
     require_usable(path)
     notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
     texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
-    return dataclasses.replace(_drive(path, declaration, where, budget), notes=tuple(notes))
+    found = dataclasses.replace(_drive(path, declaration, where, budget), notes=tuple(notes))
+    return _written(found, markdown)
 
 
 def resume_by_meetings(
-    path: Path, declaration: CheckDeclaration, budget: float, where: Where
+    path: Path,
+    declaration: CheckDeclaration,
+    budget: float,
+    markdown: Path | None,
+    where: Where,
 ) -> MeetingsChecked:
     """Go on with the check of a run folder; otherwise as :func:`check_by_meetings`."""
     _require_local(where)
-    return _drive(path, declaration, where, budget)
+    return _written(_drive(path, declaration, where, budget), markdown)
+
+
+def _written(found: MeetingsChecked, markdown: Path | None) -> MeetingsChecked:
+    """Write the comment for a pull request, if there is to be one."""
+    if markdown is not None:
+        write_file(markdown, meetings_markdown(found))
+    return found
 
 
 def _require_local(where: Where) -> None:

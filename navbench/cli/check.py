@@ -107,11 +107,9 @@ def check(
     elif old is None or new is None:
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
     elif estimator == "meetings":
-        if markdown is not None:
-            raise click.UsageError(
-                "--estimator meetings writes no comment; leave out --markdown", context
-            )
-        found = check_by_meetings(old, new, budget=seconds, where=where, **choices)
+        found = check_by_meetings(
+            old, new, budget=seconds, markdown=markdown, where=where, **choices
+        )
     else:
         if api.is_run(old) and api.is_run(new):
             kept = ("old", "new", "fail_if", "markdown", "within")

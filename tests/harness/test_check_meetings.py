@@ -81,15 +81,19 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
 def test_a_check_that_was_cut_off_goes_on_to_the_same(
     navbench, checked: MeetingsChecked, tmp_path: Path
 ) -> None:
-    run = tmp_path / "run"
+    run, comment = tmp_path / "run", tmp_path / "comment.md"
     shutil.copytree(checked.folder, run)
     missions = run / FILE
     missions.write_bytes(missions.read_bytes()[:-9])
-    status, text, said = navbench("check", "--resume", run, "--workers", "1", "--json")
+    options = ("--workers", "1", "--json", "--markdown", comment)
+    status, text, said = navbench("check", "--resume", run, *options)
     assert status == 0 and "going on after 3 missions" in said
     document = checked.as_json()
     assert json.loads(text) == {**document, "folder": str(run)}
     assert missions.read_bytes() == (checked.folder / FILE).read_bytes()
+    commented = comment.read_text(encoding="utf-8")
+    assert "**alike within 20 USD a delivery**: NEW less OLD is" in commented
+    assert "Margin ($/delivery)" in commented and "not seen: " in commented
 
 
 def test_the_budget_ends_it_and_the_next_command_goes_on(
@@ -99,8 +103,6 @@ def test_the_budget_ends_it_and_the_next_command_goes_on(
     status, text, _ = navbench("check", *words, "--out", out, "--budget", "0.01s")
     assert status == 0 and "not decided: no mission is finished" in text
     assert text.splitlines()[-1] == f"next: navbench check --resume {out} --budget 30m"
-    status, _, said = navbench("check", "--resume", out, "--markdown", tmp_path / "comment.md")
-    assert status == 1 and "writes no comment" in said
 
 
 def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
@@ -119,7 +121,7 @@ def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
         (("--within", "80"), 1, "--within 80"),
-        (("--markdown", "comment.md"), 2, "leave out --markdown"),
+        (("--markdown", "comment.txt"), 1, ".md"),
     ],
 )
 def test_where_it_cannot_be_it_is_one_line(

@@ -111,7 +111,7 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
 
     Names come from the files that are checked; they stand in code, where they can be no markup.
     """
-    old, new = _code(declaration.old), _code(declaration.new)
+    old, new = code_text(declaration.old), code_text(declaration.new)
     blocks: list[Block] = [Text(f"navbench check: {new} against {old}", "heading")]
     if checked is None:
         return markdown_text([*blocks, Text(SAME)])
@@ -121,7 +121,7 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
         heads = ("Mean", "OLD", "NEW", "NEW - OLD")
         blocks.append(Table("What they earn", heads, mean_rows(checked)))
     missions = [
-        (str(mission.episode), f"{mission.difference:+.2f}", *_told(mission), _code(replay))
+        (str(mission.episode), f"{mission.difference:+.2f}", *_told(mission), code_text(replay))
         for mission in checked.apart
         for replay in [shlex.join(_replays(checked, mission)[1])]
     ]
@@ -149,7 +149,7 @@ def _share(side: Driven, outcome: str) -> float:
     return values(side.rows, "outcome").count(outcome) / len(side.rows)
 
 
-def _code(text: str) -> str:
+def code_text(text: str) -> str:
     """A text as code in Markdown."""
     plain = "".join(each if each.isprintable() else " " for each in text)
     return f"`{plain.replace('`', ' ')}`"

@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
 from harness.meetings.estimate import ArmResult, MeetingsResult
-from harness.report.blocks import Block
+from harness.report.blocks import Block, Table, Text
+from harness.report.markdown import markdown_text
 from harness.report.numbers import bounds_text, count_text, counted, number_text
-from harness.report.short.check import told_verdict
+from harness.report.short.check import code_text, told_verdict
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.statistics.interval import Interval
@@ -42,8 +43,28 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
         lines.append(f"{METHOD}; {_driven(result)}")
     if checked.errors:
         lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
-    lines += [f"not seen: {'; '.join(NOT_SEEN)}", LIMIT, _next(checked)]
+    lines += [_blind_spots(), LIMIT, _next(checked)]
     return lines_of(lines)
+
+
+def meetings_markdown(checked: MeetingsChecked) -> str:
+    """A comment for a pull request, as :func:`harness.report.short.check.check_markdown`."""
+    old, new = code_text(checked.declaration.old), code_text(checked.declaration.new)
+    verdict, _, told = sentence(checked).partition(": ")
+    blocks: list[Block] = [
+        Text(f"navbench check: {new} against {old}", "heading"),
+        Text(f"**{verdict}**: {told}"),
+        Text(checked.where),
+    ]
+    result = checked.result
+    if result is not None:
+        blocks.append(Table("What they earn", ("Mean", "OLD", "NEW"), _quantities(result)))
+        blocks.append(Text(f"{METHOD}; {_driven(result)}"))
+    return markdown_text([*blocks, Text(_blind_spots()), Text(LIMIT)])
+
+
+def _blind_spots() -> str:
+    return f"not seen: {'; '.join(NOT_SEEN)}"
 
 
 def sentence(checked: MeetingsChecked) -> str:
