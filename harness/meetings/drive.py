@@ -58,11 +58,6 @@ class ArmDrive:
         """People who are hit by a delivery."""
         return sum(each.weight * each.people_hit for each in self.met)
 
-    @property
-    def expected_contacts(self) -> float:
-        """Counted contacts with people of a delivery."""
-        return sum(each.weight * each.contacts for each in self.met)
-
 
 @dataclass(slots=True)
 class _Mark:

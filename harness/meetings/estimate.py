@@ -1,5 +1,6 @@
 """The difference of two arms' margins from meetings, mission by mission."""
 
+import dataclasses
 import math
 import time
 from collections.abc import Generator, Sequence
@@ -11,8 +12,9 @@ from harness.execution.workers import Finished, Workers
 from harness.meetings.mission import MissionDrive, MissionTask, drive_mission
 from harness.meetings.strata import PRIOR, PRIOR_WEIGHT, STRATA
 from harness.statistics.interval import Interval, Z
+from harness.statistics.rates import poisson_rate
 from harness.task.study import EpisodeTask, Study
-from navstack.types import FloatArray
+from navstack.types import FloatArray, IntArray
 
 PILOT = 4  # missions, after which, and after twice as many each time, the spreads are learned anew
 NUMBER = 12  # of meetings a mission, on average
@@ -148,15 +150,41 @@ def result_of(known: Sequence[MissionDrive]) -> MeetingsResult:
 
 def _arm_result(known: Sequence[MissionDrive], number: int) -> ArmResult:
     arms = [each.arms[number] for each in known]
-    metres = np.array([arm.row["distance_m"] for arm in arms])
-    hits = np.array([arm.expected_hits for arm in arms])
-    contacts = np.array([arm.expected_contacts for arm in arms])
+    thousands = np.array([arm.row["distance_m"] / METRES for arm in arms])
+    hits = [np.array([each.people_hit for each in arm.met]) for arm in arms]
+    contacts = [np.array([each.contacts for each in arm.met]) for arm in arms]
+    weights = [np.array([each.weight for each in arm.met]) for arm in arms]
     return ArmResult(
         margin=float(np.mean([arm.expected_margin for arm in arms])),
         margin_alone=float(np.mean([arm.margin for arm in arms])),
-        hits=ratio_interval(hits, np.ones(len(arms))),
-        contacts=ratio_interval(METRES * contacts, metres),
+        hits=weighted_rate(weights, hits, np.ones(len(arms))),
+        contacts=weighted_rate(weights, contacts, thousands),
     )
+
+
+def weighted_rate(
+    weights: Sequence[FloatArray], counts: Sequence[IntArray], sizes: FloatArray
+) -> Interval:
+    """Events per unit of size, of n independent missions.
+
+    Its interval is that of :func:`ratio_interval`, but reaches at least as high as the one of Fay
+    and Feuer does, which admits an event not seen yet in the heaviest meeting.
+
+    Args:
+        weights: of each mission's meetings, n arrays of any length.
+        counts: events in them.
+        sizes: of the missions, shape (n,).
+    """
+    values = [weight @ count for weight, count in zip(weights, counts, strict=True)]
+    found = ratio_interval(np.array(values), sizes)
+    every, events = np.concatenate(weights), np.concatenate(counts)
+    heaviest = float(every.max(initial=0.0))
+    if found.high is None or heaviest == 0.0:
+        return dataclasses.replace(found, low=None, high=None)
+    seen = np.repeat(every / heaviest, events)
+    admitted = poisson_rate(seen, float(sizes.sum()) / heaviest).high
+    assert admitted is not None, "somebody drove"
+    return dataclasses.replace(found, high=max(found.high, admitted))
 
 
 def ratio_interval(values: FloatArray, sizes: FloatArray) -> Interval:

@@ -1,6 +1,7 @@
 """Meetings are driven from copies of a delivery among nobody, the same for both sides."""
 
 import dataclasses
+import math
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,25 @@ def test_spreads_are_learned_from_what_meetings_cost(mission: MissionDrive) -> N
     assert spreads[stratum] > 10.0 * PRIOR[stratum]
     others = np.delete(np.arange(len(PRIOR)), stratum)
     assert (spreads[others] <= PRIOR[others]).all()
+
+
+def test_a_rate_without_an_event_admits_one_in_the_heaviest_meeting() -> None:
+    weights, none = [np.array([0.5, 0.1]), np.array([0.2])], [np.array([0, 0]), np.array([0])]
+    found = estimate.weighted_rate(weights, none, np.array([1.0, 3.0]))
+    assert (found.value, found.low, found.n) == (0.0, 0.0, 2)
+    assert found.high == pytest.approx(-math.log(0.025) * 0.5 / 4.0)
+    nobody = [np.zeros(0), np.zeros(0)]
+    missing = estimate.weighted_rate(nobody, [each.astype(int) for each in nobody], np.ones(2))
+    assert (missing.value, missing.low, missing.high) == (0.0, None, None)
+
+
+def test_a_rate_with_events_has_the_wider_end() -> None:
+    weights = [np.array([0.1]), np.array([0.1]), np.array([0.1])]
+    counts = [np.array([2]), np.array([0]), np.array([1])]
+    found = estimate.weighted_rate(weights, counts, np.ones(3))
+    alone = estimate.ratio_interval(np.array([0.2, 0.0, 0.1]), np.ones(3))
+    assert found.value == alone.value == pytest.approx(0.1)
+    assert alone.high is not None and found.high > alone.high
 
 
 def test_a_ratio_has_the_interval_of_its_missions() -> None:
