@@ -92,6 +92,7 @@ class NavigateToPose:
         self._next_plan = 0.0  # [s]
         self._driver = TREE
         self._counts = Counts()
+        self._recoveries_before = 0  # the goal was sent again
         self._trouble = Trouble()
         self._history: list[tuple[float, str]] = []  # [s] and what happened
         self.status = Status.RUNNING
@@ -274,7 +275,7 @@ class NavigateToPose:
         """The next recovery of the round robin, or the end."""
         self._trouble = Trouble(error=code, error_code=numbers.get(code, numbers["UNKNOWN"]))
         self._following = self._plan_retried = self._control_retried = False
-        if self._counts.recoveries >= NUMBER_OF_RETRIES:
+        if self._counts.recoveries - self._recoveries_before >= NUMBER_OF_RETRIES:
             self._give_up("all retries are used up", state.stamp)
             return
         # As in Nav2, an earlier error of the controller still speaks for a recovery until it
@@ -307,6 +308,18 @@ class NavigateToPose:
         """
         self._next_plan = now
         self._controller_server.resume(now)
+
+    def try_again(self, now: float) -> None:
+        """Take a goal that was given up once more, with all retries, at ``now`` [s]."""
+        if self.status is not Status.FAILED:
+            return
+        self._history.append((now, "the goal is sent again"))
+        self._trouble = replace(self._trouble, gave_up="")
+        self._recoveries_before = self._counts.recoveries
+        self._following = self._plan_retried = self._control_retried = False
+        self._plan_error = self._control_error = ""
+        self._next_plan = now
+        self.status = Status.RUNNING
 
     def give_up(self, reason: str, now: float) -> None:
         """End a running navigation without success, at ``now`` [s]."""

@@ -198,6 +198,10 @@ class Navigator:
             return ()
         return tuple(self._tracker.tracks(self._stamp))
 
+    def send_again(self) -> None:
+        """Take the goal once more, where it was given up."""
+        self._tree.try_again(self._stamp)
+
     def tick(self, observation: Observation) -> Twist2D:
         """The velocity to drive until the next tick, in the base frame."""
         state = self._sense(observation)

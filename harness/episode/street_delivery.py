@@ -15,11 +15,13 @@ from harness.episode.places import legs_of, street_mission, way_there
 from harness.metrics.catalog import EPISODE_METRICS
 from harness.metrics.columns import Row
 from harness.metrics.motion import success_weighted_path_length
+from harness.task.brain import Brain
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask
 from harness.world.outcome import ARRIVALS, Outcome, Rules
 from harness.world.truth import CargoState
 from navstack.costmap.field_cache import passing_map
+from navstack.navigation_status import Status
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, FloatArray, Pose2D
 
@@ -127,14 +129,39 @@ def _drive_legs(
     return done, carried
 
 
+class GoalSender:
+    """Sends a goal that the robot has given up again, as the software that sends robots out does.
+
+    On one map nobody does, as in the published study.
+    """
+
+    def __init__(self, after: float) -> None:
+        """Send it ``after`` so long [s]."""
+        self._after = after
+        self._since: float | None = None  # [s] when it was given up; None: it is not
+
+    def look(self, brain: Brain, now: float) -> None:
+        """Look at the robot after a tick, at ``now`` [s]."""
+        if brain.status is not Status.FAILED:
+            self._since = None
+            return
+        if self._since is None:
+            self._since = now
+        if now - self._since >= self._after:
+            brain.send_again()
+            self._since = None
+
+
 def _drive_leg(
     task: EpisodeTask, make_brain: MakeBrain, carried: Carried, begin: float
 ) -> tuple[DrivenLeg, Carried]:
     """Drive one leg, with a world and a brain of its own."""
     _free_memory()
     running = RunningDelivery(task, make_brain, carried=carried)
+    sender = GoalSender(rules_of(task.rules).resend_after)
     while running.verdict is None:
         running.drive_tick()
+        sender.look(running.brain, running.truth.stamp)
     driven = _driven(running, begin)
     after = Carried(
         driven.pose,

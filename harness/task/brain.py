@@ -61,6 +61,10 @@ class Brain(Protocol):
         """Start a delivery; all chance is drawn from the generators."""
         return
 
+    def send_again(self) -> None:
+        """Take the goal once more, where it was given up."""
+        return
+
     def tick(self, observation: Observation) -> Twist2D:
         """The command until the next tick."""
         return Twist2D()

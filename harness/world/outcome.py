@@ -53,6 +53,8 @@ class Rules(Parameters, whose="rules"):
     # for 7 s (MUTCD, pedestrian intervals) and, as the Highway Capacity Manual counts, 4 s more.
     signal_cycle: Annotated[float, up_to(1000)] = 90.0  # [s]
     signal_green: Annotated[float, up_to(1000)] = 11.0  # [s]; the cycle or more: no wait
+    # There, too, whoever gave a goal that the robot gives up sends it again; assumed.
+    resend_after: Annotated[float, up_to(1e5)] = 10.0  # [s]
     way_back: bool = False  # whether the way back to the pick-up is driven there, too
 
     @property

@@ -269,6 +269,24 @@ def test_after_six_recoveries_the_navigation_is_given_up() -> None:
     assert rig.tick(10) == Twist2D()
 
 
+def test_a_goal_that_is_sent_again_has_all_retries_again() -> None:
+    rig = Rig()
+    rig.tree.try_again(0.0)
+    assert rig.tree.trouble.history == ""  # it was not given up
+    rig.plan_fails("NO_VALID_PATH", times=14)
+    rig.tick(300)
+    assert rig.tree.status is Status.FAILED
+    rig.tree.try_again(30.0)
+    assert rig.tick() == DRIVE
+    assert rig.tree.status is Status.RUNNING
+    assert rig.tree.trouble.gave_up == ""
+    assert rig.tree.trouble.history.endswith("30.0 s the goal is sent again")
+    rig.plan_fails("NO_VALID_PATH")
+    rig.tick(400)
+    assert rig.tree.status is Status.FAILED
+    assert rig.tree.counts.recoveries == 2 * NUMBER_OF_RETRIES
+
+
 def test_recoveries_that_lead_to_a_path_are_not_given_back() -> None:
     rig = Rig()
     for _ in range(NUMBER_OF_RETRIES):
