@@ -114,7 +114,7 @@ def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, wr
 @pytest.mark.parametrize(
     ("words", "status", "told"),
     [
-        (("--robots", "0"), 1, "robots: 0 lies outside"),
+        (("--robots", "0"), 1, "robots 0 must be a whole number, 1 to 10000"),
         (("--set", "robotz=3"), 1, "did you mean"),
         (("--set", "delivery_fee=-1"), 1, "delivery_fee"),
         (("--days", "0"), 1, "give 1 to"),

@@ -51,7 +51,7 @@ def test_timers_on_the_clock_drive_in_lockstep(tmp_path: Path) -> None:
             episodes=2,
         )
         process.terminate()
-        told, _ = process.communicate(timeout=20.0)
+        told, _ = process.communicate(timeout=120.0)
     rows = navbench.load(str(tmp_path / "run")).table().to_pylist()
     assert "canceled" in told
     for row in rows:
