@@ -133,7 +133,8 @@ def require_one_map(run: StoredRun, what: str) -> None:
     if run.is_on_district:
         raise InputError(
             f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "
-            f"each leg in recordings/, and navbench map losses {run.folder} draws what was lost"
+            f"each leg in recordings/, and navbench map losses {run.first_stack} draws what was "
+            "lost"
         )
 
 

@@ -69,6 +69,11 @@ class StoredRun:
         return Path(self.about["map_name"]).stem
 
     @property
+    def first_stack(self) -> str:
+        """Its first stack as commands take one, FOLDER:stack."""
+        return f"{self.folder}:{self.stacks[0].name}"
+
+    @property
     def is_on_district(self) -> bool:
         """Whether its deliveries are missions on a folder of ``navbench map osm``."""
         return is_district(str(self.about["map_name"]))

@@ -126,7 +126,7 @@ def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {folder}"
     if page is not None and run.is_on_district:
-        following = f"map losses {folder}:{run.stacks[0].name}"
+        following = f"map losses {run.first_stack}"
     checksum = (root_digest(folder) or "")[:DIGITS]
     last = f"{where}; checksum {checksum}; next: navbench {following}"
     print_blocks([Text(last, "whole")], report_console())

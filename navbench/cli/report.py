@@ -51,10 +51,10 @@ def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
     if len(loaded) > MOST_RUNS:
         click.echo(f"and {len(loaded) - MOST_RUNS} more runs")
     print_size(out, "page, ")
-    following = "explain"
+    following = ["explain", runs[0]]
     if loaded[0].stored.is_on_district:
-        following = "map losses"
-    click.echo(f"next: navbench {following} {shlex.quote(runs[0])}")
+        following = ["map", "losses", loaded[0].stored.first_stack]
+    click.echo(f"next: navbench {shlex.join(following)}")
 
 
 def print_size(out: Path, content: str = "") -> None:

@@ -181,6 +181,9 @@ def test_from_an_extract_to_profit_per_day(
     page = tmp_path / "report.html"
     assert status("report", out, "--out", str(page)) == 0
     assert "nav2-gps-ekf" in page.read_text(encoding="utf-8")
+    following = capsys.readouterr().out.splitlines()[-1].split()
+    assert following[:4] == ["next:", "navbench", "map", "losses"]
+    assert status(*following[2:], "--out", str(tmp_path / "losses.png")) == 0
     capsys.readouterr()
     for words in (["explain", out, "0"], ["replay", out, "0", "--html", str(page)]):
         assert status(*words) == 1
