@@ -14,6 +14,7 @@ FEWEST_FIXES = 4
 SHORTEST_WAY = 1.0  # [m] between two of the fixes
 FARTHEST_OFF = 4.0  # [-] standard deviations of a fix from the fitted way
 MOST_FIXES = 200  # that are kept; then every other is dropped
+LEFT_OUT = 10  # fixes left out of a vain search for each next fix without a search
 
 
 class Alignment(NamedTuple):
@@ -31,10 +32,15 @@ class Alignment(NamedTuple):
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         """A dead-reckoned position in the map frame, [m]."""
-        dx, dy = x - self.center_here[0], y - self.center_here[1]
+        there_x, there_y = self.places(np.array(((x, y),)))[0].tolist()
+        return there_x, there_y
+
+    def places(self, points: FloatArray) -> FloatArray:
+        """Dead-reckoned positions in the map frame [m], shape (N, 2)."""
+        dx, dy = (points - self.center_here).T
         cos, sin = math.cos(self.turn), math.sin(self.turn)
         there_x, there_y = self.center_there.tolist()
-        return float(there_x + cos * dx - sin * dy), float(there_y + sin * dx + cos * dy)
+        return np.column_stack((there_x + cos * dx - sin * dy, there_y + sin * dx + cos * dy))
 
 
 class HeadingAlignment:
@@ -51,6 +57,7 @@ class HeadingAlignment:
         """Of a fix's variance the share [-] that is correlated, below 1, and for how long [s]."""
         self._share, self._time = correlated_share, correlation_time
         self._rows: list[tuple[float, float, float, float, float, float]] = []
+        self._pause = 0  # next fixes without a search
 
     def add(self, reckoned: Pose2D, fix: GpsFix, variance: float) -> None:
         """Note a fix, its variance [m2] per axis, and the dead-reckoned pose of its time."""
@@ -62,33 +69,38 @@ class HeadingAlignment:
         """The alignment; None while the heading's deviation is above ``largest_std`` [rad].
 
         A fix that is farther off the fitted way than ``FARTHEST_OFF`` standard deviations is left
-        out.
+        out. Where many are, and in vain, a few fixes more have to come before the next search.
         """
-        rows = np.array(self._rows)
-        while len(rows) >= FEWEST_FIXES:
-            found = self._fit(rows)
-            if found is None or found.turn_variance > largest_std**2:
-                return None
-            places = np.array([found.place(*point) for point in rows[:, 2:4]])
+        if self._pause:
+            self._pause -= 1
+            return None
+        rows, weights = np.array(self._rows), None
+        while len(rows) >= FEWEST_FIXES and _longest(rows[:, 2:4]) >= SHORTEST_WAY:
+            if weights is None:
+                weights = self._weights(rows)
+            found = self._fit(rows, weights)
+            if found.turn_variance > largest_std**2:
+                break
+            places = found.places(rows[:, 2:4])
             off = ((places - rows[:, 4:]) ** 2).sum(axis=1) / rows[:, 1]
             worst = int(off.argmax())
             if off[worst] <= FARTHEST_OFF**2:
                 return found
-            rows = np.delete(rows, worst, axis=0)
+            rows, weights = np.delete(rows, worst, axis=0), without(weights, worst)
+        self._pause = (len(self._rows) - len(rows)) // LEFT_OUT
         return None
 
-    def _fit(self, rows: FloatArray) -> Alignment | None:
-        """The rigid transform of ``rows`` (N, 6), as :meth:`add` notes them.
-
-        None: the way is too short.
-        """
-        stamps, variances, here, there = rows[:, 0], rows[:, 1], rows[:, 2:4], rows[:, 4:]
-        if _longest(here) < SHORTEST_WAY:
-            return None
+    def _weights(self, rows: FloatArray) -> FloatArray:
+        """The inverse covariance [1/m2] of the fixes of ``rows``, per axis, shape (N, N)."""
+        stamps, deviations = rows[:, 0], np.sqrt(rows[:, 1])
         alike = self._share * np.exp(-np.abs(stamps[:, None] - stamps) / self._time)
-        deviations = np.sqrt(variances)
         correlations = alike + (1.0 - self._share) * np.eye(len(rows))
-        weights = np.linalg.inv(correlations * np.outer(deviations, deviations))
+        found: FloatArray = np.linalg.inv(correlations * np.outer(deviations, deviations))
+        return found
+
+    def _fit(self, rows: FloatArray, weights: FloatArray) -> Alignment:
+        """The rigid transform of ``rows`` (N, 6), as :meth:`add` notes them."""
+        stamps, variances, here, there = rows[:, 0], rows[:, 1], rows[:, 2:4], rows[:, 4:]
         shares = weights.sum(axis=0) / weights.sum()  # of each fix in the mean
         center_here, center_there = shares @ here, shares @ there
         a, b = here - center_here, there - center_there
@@ -100,7 +112,7 @@ class HeadingAlignment:
         now, last_variance = self._rows[-1][:2]
         shared_variance = self._share * last_variance
         decay = np.exp(-(now - stamps) / self._time)
-        shared = self._share * decay * deviations * math.sqrt(last_variance)
+        shared = self._share * decay * np.sqrt(variances) * math.sqrt(last_variance)
         return Alignment(
             turn=turn,
             center_here=center_here,
@@ -111,6 +123,21 @@ class HeadingAlignment:
             shared_with_position=float(shares @ shared),
             shared_with_turn=sideways.T @ weights @ shared / information,
         )
+
+
+def without(weights: FloatArray, number: int) -> FloatArray:
+    """The inverse of a covariance without one of its variables, from the inverse with it.
+
+    The inverse of a block by its Schur complement (Golub and Van Loan 2013, 3.2.11).
+
+    Args:
+        weights: the inverse with all N, shape (N, N).
+        number: of the variable.
+    """
+    column = np.delete(weights[:, number], number)
+    others = np.delete(np.delete(weights, number, axis=0), number, axis=1)
+    found: FloatArray = others - np.outer(column, column) / weights[number, number]
+    return found
 
 
 def _longest(points: FloatArray) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from navstack.geometry import normalize_angle
-from navstack.localization.heading_alignment import Alignment, HeadingAlignment
+from navstack.localization.heading_alignment import Alignment, HeadingAlignment, without
 from navstack.types import GpsFix, Pose2D
 
 SHARE, TIME = 0.9, 20.0  # [-], [s] of the correlated error
@@ -93,3 +93,39 @@ def test_the_way_that_a_heading_takes_shrinks_with_what_fixes_share() -> None:
     independent = HeadingAlignment(0.0, TIME)
     independent._rows = alignment._rows
     assert found(alignment).turn_variance < 0.7 * found(independent).turn_variance
+
+
+def test_a_covariance_without_a_variable_is_inverted_from_the_inverse_with_it() -> None:
+    rng = np.random.default_rng(7)
+    factors = rng.standard_normal((30, 12))
+    covariance = factors.T @ factors
+    smaller = np.delete(np.delete(covariance, 4, axis=0), 4, axis=1)
+    assert without(np.linalg.inv(covariance), 4) == pytest.approx(np.linalg.inv(smaller))
+
+
+def test_a_vain_search_that_leaves_out_many_fixes_pauses() -> None:
+    """Fixes that fit no way, of a robot in a doubt, are not all looked through at each of them."""
+    rng, alignment = np.random.default_rng(5), HeadingAlignment(SHARE, TIME)
+    searches = 0
+    for second in range(300):
+        fix = GpsFix(float(second), *rng.uniform(-50.0, 50.0, 2).tolist(), 0.05)
+        alignment.add(Pose2D(0.01 * second), fix, 0.05**2)
+        before = alignment._pause
+        assert alignment.solve(0.05) is None
+        searches += second >= 200 and not before
+    assert 0 < searches < 20
+
+
+def test_after_a_pause_the_heading_is_found() -> None:
+    """Once most fixes fit the way again."""
+    rng, alignment = np.random.default_rng(5), HeadingAlignment(SHARE, TIME)
+    solved = []
+    for second in range(120):
+        off = rng.uniform(-50.0, 50.0, 2) * (second < 30)
+        x, y = (np.array((second, 0.0)) + off).tolist()
+        alignment.add(Pose2D(float(second), 0.0), GpsFix(float(second), x, y, 0.05), 0.05**2)
+        solved.append(alignment.solve(0.05))
+    assert solved[29] is None
+    last = solved[-1]
+    assert last is not None
+    assert abs(last.turn) < 0.01
