@@ -6,7 +6,8 @@ The whole deliveries are a finished run's. Its missions are driven among nobody,
 
 - its own people are met: whoever is passed, at the moment and among the people of the delivery. So
   it shows whether a meeting ends as the delivery does.
-- --drawn people are met, as ``navbench check --estimator meetings`` draws them; 0: nobody is.
+- people are met as ``navbench check --estimator meetings`` draws them: --drawn on average in the
+  default world; 0: nobody.
 
 Missions in which somebody was hit are few, and drive in turns with twice as many others; what is
 printed is weighted to all missions of the run. Each finished mission is a line of FILE; the same
@@ -30,7 +31,7 @@ from harness.meetings.draw import Meeting
 from harness.meetings.drive import drive_arm
 from harness.meetings.mission import MissionTask, drive_mission, kept_stage
 from harness.meetings.passing import Passings, passings_of
-from harness.meetings.strata import PRIOR, strata_of
+from harness.meetings.strata import PRIOR, PRIOR_SUM, strata_of
 from harness.meetings.way import Way, way_of
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
@@ -88,7 +89,7 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
     Args:
         task: its delivery.
         whole: people whom the delivery hit.
-        number: of meetings to draw.
+        number: of meetings to draw, on average in the default world.
     """
     way, parts, generators = way_of(task), Parts(task), task.generators()
     start = parts.mission(generators["mission"]).start
@@ -98,7 +99,7 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
     if meetings:
         own = drive_arm(task, kept_stage(task), way, record, meetings).expected_hits
     if number:
-        mission = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), None, number))
+        mission = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), PRIOR_SUM / number))
         drawn = mission.arms[0].expected_hits
     return Counted(task.episode, whole, own, drawn)
 

@@ -18,7 +18,7 @@ from harness.meetings.strata import MISSES
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval, interval_json
 
-REACH = 25.0  # [USD] of a mission's difference that count; it spreads much less than a delivery's
+REACH = 10.0  # [USD] of a mission's difference that count; it spreads much less than a delivery's
 NOT_SEEN = (
     f"who stays {MISSES[-1]:g} m from the planned way",
     "somebody who is met because of somebody else",
@@ -43,6 +43,13 @@ class MeetingsChecked:
     def verdict(self) -> Verdict:
         """Of NEW against OLD."""
         return verdict_of(self.bound, self.declaration.within)
+
+    @property
+    def beyond_reach(self) -> int:
+        """Missions whose difference counts as :data:`REACH`, as it is greater."""
+        if self.result is None:
+            return 0
+        return int((np.abs(self.result.differences) > REACH).sum())
 
     @property
     def has_errors(self) -> bool:
@@ -78,9 +85,8 @@ class MeetingsChecked:
         }
         if result is None:
             return document
-        sizes = np.abs(result.differences)
-        document["missions_beyond_reach"] = int((sizes > REACH).sum())
-        document["missions_alike"] = int((sizes < CENT).sum())
+        document["missions_beyond_reach"] = self.beyond_reach
+        document["missions_alike"] = int((np.abs(result.differences) < CENT).sum())
         document["meetings"] = result.meetings
         document["farthest_off_planned_way_m"] = result.farthest_off
         document["strata"] = [

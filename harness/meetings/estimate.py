@@ -10,14 +10,13 @@ import numpy as np
 
 from harness.execution.workers import Finished, Workers
 from harness.meetings.mission import MissionDrive, MissionTask, drive_mission
-from harness.meetings.strata import PRIOR, PRIOR_WEIGHT, STRATA
+from harness.meetings.strata import NUMBER, PRIOR, PRIOR_SUM, PRIOR_WEIGHT, STRATA
 from harness.statistics.interval import Interval, Z
 from harness.statistics.rates import poisson_rate
 from harness.task.study import EpisodeTask, Study
 from navstack.types import FloatArray, IntArray
 
 PILOT = 4  # missions, after which, and after twice as many each time, the spreads are learned anew
-NUMBER = 12  # of meetings a mission, on average
 KILOMETRES = 1000.0  # for which contacts are told
 METRES = 1000.0 * KILOMETRES
 
@@ -110,13 +109,13 @@ def mission_tasks(
     study: Study, episodes: Sequence[int], known: Sequence[MissionDrive]
 ) -> list[MissionTask]:
     """What is to be driven of missions, as those already driven advise."""
-    spreads, per_meeting = PRIOR, None
+    spreads, per_meeting = PRIOR, PRIOR_SUM / NUMBER
     if known:
         spreads = learned_spreads(known)
         per_meeting = float(np.mean([each.usual @ spreads for each in known])) / NUMBER
         per_meeting = max(per_meeting, 1e-9)
     return [
-        MissionTask(_arms(study, episode), tuple(spreads.tolist()), per_meeting, NUMBER)
+        MissionTask(_arms(study, episode), tuple(spreads.tolist()), per_meeting)
         for episode in episodes
     ]
 

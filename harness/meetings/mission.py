@@ -16,7 +16,7 @@ from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
 
 STREAM = "meetings"  # the random generator of crowd and draws
-MOST = 24  # meetings of a mission; a crowded one would take minutes
+MOST = 60  # meetings of a mission; a crowded one would take minutes
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,7 @@ class MissionTask:
 
     arms: tuple[EpisodeTask, ...]  # old and new, of one mission
     spreads: tuple[float, ...]  # [USD] of what a meeting costs, by stratum
-    per_meeting: float | None  # [USD] that each stands for; None: such that it is ``number``
-    number: int
+    per_meeting: float  # [USD] of passings times spread that each stands for
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,10 +65,7 @@ def drive_mission(task: MissionTask) -> MissionDrive:
     record = recorded(parts.people(), generator, start)
     pool = pool_of(record, way, parts.rules.arrival_radius)
     spreads, usual = np.array(task.spreads), pool.usual_by_stratum
-    all_of_it = max(float(usual @ spreads), 1e-9)
-    step = all_of_it / task.number
-    if task.per_meeting is not None:
-        step = max(task.per_meeting, all_of_it / MOST)
+    step = max(task.per_meeting, float(usual @ spreads) / MOST)
     meetings = drawn(pool, spreads, step, generator)
     arms = tuple(drive_arm(arm, kept_stage(arm), way, record, meetings) for arm in task.arms)
     strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)

@@ -12,6 +12,9 @@ STRATA = tuple((miss, direction) for miss in MISSES for direction in DIRECTIONS)
 # its probability by the miss; it decides how many are driven, never what they come to
 PRIOR = np.repeat((25.0, 20.0, 10.0, 6.0, 4.0), len(DIRECTIONS))
 PRIOR_WEIGHT = 10.0  # meetings that the prior counts as
+# [USD] passings a delivery times these spreads, in the default world (15 missions of sidewalk)
+PRIOR_SUM = 17.0
+NUMBER = 12  # of meetings a mission, on average
 
 
 def strata_of(misses: FloatArray, along: FloatArray) -> IntArray:

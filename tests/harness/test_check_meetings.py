@@ -54,7 +54,7 @@ def checked(
     found = check_by_meetings(
         old,
         new,
-        within=20.0,
+        within=8.1,
         out=tmp_path_factory.mktemp("runs") / "run",
         rules=options["--rules"],
         map=options["--map"],
@@ -73,7 +73,7 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
     lines = [block.text for block in short_meetings(checked)]
     assert len(lines) <= 25
     assert "world paper_loose_bucket" in lines[0]
-    assert lines[1].startswith("alike within 20 USD a delivery: NEW less OLD is")
+    assert lines[1].startswith("alike within 8.1 USD a delivery: NEW less OLD is")
     assert any(line.startswith("estimator meetings: ") for line in lines)
     assert lines[-1].startswith("next: navbench check ")
 
@@ -92,7 +92,7 @@ def test_a_check_that_was_cut_off_goes_on_to_the_same(
     assert json.loads(text) == {**document, "folder": str(run)}
     assert missions.read_bytes() == (checked.folder / FILE).read_bytes()
     commented = comment.read_text(encoding="utf-8")
-    assert "**alike within 20 USD a delivery**: NEW less OLD is" in commented
+    assert "**alike within 8.1 USD a delivery**: NEW less OLD is" in commented
     assert "Margin ($/delivery)" in commented and "not seen: " in commented
 
 

@@ -69,10 +69,13 @@ def _blind_spots() -> str:
 
 def sentence(checked: MeetingsChecked) -> str:
     """The verdict with its bound, and what would decide."""
-    more = ""
+    more = condition = ""
     if checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
-    return told_verdict(checked.bound, checked.verdict, checked.declaration.within, more)
+    if checked.beyond_reach:
+        condition = f", {checked.beyond_reach} of which count as {REACH:g} USD, not more"
+    within = checked.declaration.within
+    return told_verdict(checked.bound, checked.verdict, within, more, condition)
 
 
 def _next(checked: MeetingsChecked) -> str:
