@@ -13,7 +13,7 @@ from harness.analysis.check import (
     verdict_of,
 )
 from harness.economics.valuation import CENT
-from harness.meetings.estimate import ArmResult, MeetingsResult
+from harness.meetings.results import ArmResult, MeetingsResult
 from harness.meetings.strata import MISSES
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval, interval_json
@@ -106,7 +106,7 @@ class MeetingsChecked:
 
 def _arm_document(arm: ArmResult) -> Row:
     return {
-        "margin_usd": arm.margin,
+        "margin_usd": arm.margin.value,
         "margin_alone_usd": arm.margin_alone,
         "people_hit_per_delivery": arm.hits.as_json(),
         "contacts_per_1000_km": arm.contacts.as_json(),

@@ -1,4 +1,4 @@
-"""A mission by both arms: what each earns among people, by the same meetings."""
+"""A mission by all arms: what each earns among people, by the same meetings."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ MOST = 60  # meetings of a mission; a crowded one would take minutes
 class MissionTask:
     """What is to be driven of a mission."""
 
-    arms: tuple[EpisodeTask, ...]  # old and new, of one mission
+    arms: tuple[EpisodeTask, ...]  # of one mission
     spreads: tuple[float, ...]  # [USD] of what a meeting costs, by stratum
     per_meeting: float  # [USD] of passings times spread that each stands for
 
@@ -36,18 +36,25 @@ class MissionDrive:
     usual: FloatArray  # meetings a delivery at a usual speed, shape (strata,)
     strata: IntArray  # of the meetings driven, shape (n,)
     stands_for: FloatArray  # meetings a delivery at a usual speed, of each driven, shape (n,)
-    arms: tuple[ArmDrive, ...]  # old and new
+    arms: tuple[ArmDrive, ...]
 
     @property
-    def difference(self) -> float:
-        """Of the margins [USD a delivery], new less old."""
-        return self.arms[1].expected_margin - self.arms[0].expected_margin
+    def margins(self) -> tuple[float, ...]:
+        """Of each arm [USD a delivery]."""
+        return tuple(arm.expected_margin for arm in self.arms)
 
     @property
-    def differences(self) -> FloatArray:
-        """Of the margins by each meeting [USD a meeting], new less old, shape (n,)."""
-        old, new = (np.array([each.weight * each.loss for each in arm.met]) for arm in self.arms)
-        found: FloatArray = (old - new) / self.stands_for
+    def squares(self) -> FloatArray:
+        """Of what the other arms lose less than the first by each meeting [USD2], shape (n,).
+
+        Their mean over those arms; of one arm alone, of what it loses.
+        """
+        weighted = [[each.weight * each.loss for each in arm.met] for arm in self.arms]
+        losses = np.array(weighted) / self.stands_for
+        gains = losses
+        if len(losses) > 1:
+            gains = losses[0] - losses[1:]
+        found: FloatArray = (gains**2).mean(axis=0)
         return found
 
 

@@ -144,7 +144,7 @@ def resume_check(
     say_notes(version_notes(path))
     declaration = load_dataclass(CheckDeclaration, declared)
     if declaration.estimator == MEETINGS:
-        from navbench.api.check_meetings import resume_by_meetings
+        from navbench.api.meetings.check import resume_by_meetings
 
         return resume_by_meetings(path, declaration, budget, markdown, where or Where())
     return written(_drive(path, declaration, where or Where(), budget), markdown)

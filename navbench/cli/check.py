@@ -95,8 +95,8 @@ def check(
     from harness.report.short.meetings import short_meetings
     from harness.tuning.declaration import parse_duration
     from navbench.api import check as api
-    from navbench.api.check_meetings import check_by_meetings
     from navbench.api.driving import say_notes
+    from navbench.api.meetings.check import check_by_meetings
     from navbench.cli.common.ending import print_with_notes
 
     seconds = parse_duration(budget)

@@ -14,7 +14,7 @@ from harness.meetings.kept import FILE
 from harness.report.short.meetings import short_meetings
 from harness.storage.shipped import shipped
 from harness.study.places import Where
-from navbench.api.check_meetings import check_by_meetings
+from navbench.api.meetings.check import check_by_meetings
 from tests.rules import short_rules
 
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Callable
 
 from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
-from harness.meetings.estimate import ArmResult, MeetingsResult
+from harness.meetings.results import ArmResult, MeetingsResult
 from harness.report.blocks import Block, Table, Text
 from harness.report.markdown import markdown_text
 from harness.report.numbers import bounds_text, count_text, counted, number_text

@@ -1,6 +1,5 @@
 """Whether a changed Nav2 file earns more or less, by meetings with people."""
 
-import contextlib
 import dataclasses
 import sys
 from pathlib import Path
@@ -8,14 +7,11 @@ from typing import Any
 
 from harness.analysis.check import ALIKE, MEETINGS, SIDES, CheckDeclaration, Looks
 from harness.analysis.meetings_check import REACH, MeetingsChecked
-from harness.episode.factory import Parts
-from harness.execution.executors import ParentProcess
-from harness.execution.workers import Workers
 from harness.meetings.allowed import INSTEAD, require_meetings
-from harness.meetings.estimate import missions_driven, result_of
-from harness.meetings.kept import KeptMissions, kept_missions
+from harness.meetings.kept import kept_missions
+from harness.meetings.mission import MissionDrive
+from harness.meetings.results import result_of
 from harness.report.short.meetings import meetings_markdown
-from harness.report.short.setup import nearest
 from harness.storage.documents import write_file
 from harness.storage.files import locked
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
@@ -23,7 +19,6 @@ from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where
 from harness.study.preflight import check as notes_of
-from harness.task.study import Study
 from navbench.api.check import (
     BUDGET,
     CheckResult,
@@ -34,7 +29,8 @@ from navbench.api.check import (
     study_of,
     written,
 )
-from navbench.api.progress import say, shown
+from navbench.api.meetings.driving import is_interrupted, place_of, require_local
+from navbench.api.progress import say
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
 
@@ -81,7 +77,7 @@ def check_by_meetings(
             f"up to {REACH:g} USD; give less"
         )
     require_markdown(markdown)
-    _require_local(where)
+    require_local(where)
     study = study_of(old, new, where, map_name=map, **options)
     require_meetings(study)
     if is_same(study):
@@ -103,7 +99,7 @@ def resume_by_meetings(
     where: Where,
 ) -> MeetingsChecked:
     """Go on with the check of a run folder; otherwise as :func:`check_by_meetings`."""
-    _require_local(where)
+    require_local(where)
     return _written(_drive(path, declaration, where, budget), markdown)
 
 
@@ -114,70 +110,36 @@ def _written(found: MeetingsChecked, markdown: Path | None) -> MeetingsChecked:
     return found
 
 
-def _require_local(where: Where) -> None:
-    if not where.is_local:
-        raise InputError(
-            f"meetings are driven on this machine only; leave out --executor, or {INSTEAD}"
-        )
-
-
 def _drive(
     path: Path, declaration: CheckDeclaration, where: Where, budget: float
 ) -> MeetingsChecked:
     """Drive mission after mission until a look decides or the time is over."""
     study, looks = load_study(path, where.workers), Looks(declaration.within, REACH)
-    is_stopped = False
+
+    def is_decided_by(drive: MissionDrive) -> bool:
+        old, new = drive.margins
+        looks.add(new - old)
+        return looks.is_decided
+
     with locked(path):
         kept = kept_missions(path)
         for drive in kept.drives:
-            looks.add(drive.difference)
+            is_decided_by(drive)
         if kept.number:
             say(f"going on after {kept.number} missions")
-        try:
-            if not looks.is_decided:
-                _drive_missions(study, kept, where, budget, looks)
-        except KeyboardInterrupt:
-            is_stopped = True
-            say(f"interrupted after {kept.number} missions, which are kept in {path}")
+        is_stopped = False
+        if not looks.is_decided:
+            watch = Watch(looks, budget)
+            is_stopped = is_interrupted(study, kept, where, watch, is_decided_by, watch.until)
     result = None
     if kept.drives:
-        result = result_of(kept.drives)
+        result = result_of(kept.drives, study.template.seed)
     return MeetingsChecked(
         declaration=declaration,
         folder=path,
-        where=_where(study),
+        where=place_of(study),
         bound=looks.bound,
         result=result,
         errors=kept.errors,
         is_interrupted=is_stopped,
     )
-
-
-def _drive_missions(
-    study: Study, kept: KeptMissions, where: Where, budget: float, looks: Looks
-) -> None:
-    """Drive missions after those that are kept, and keep them."""
-    watch = Watch(looks, budget)
-    with (
-        Workers(study.workers, ParentProcess, where.time_limit) as workers,
-        shown(watch),
-        contextlib.closing(
-            missions_driven(study, workers, watch.until, kept.drives, kept.number)
-        ) as missions,
-    ):
-        for finished in missions:
-            kept.add(finished.result)
-            if finished.result is None:
-                say(f"mission {finished.task.arms[0].episode}: {finished.error}")
-                continue
-            looks.add(finished.result.difference)
-            if looks.is_decided:
-                return
-
-
-def _where(study: Study) -> str:
-    """World, map and people of a study, in words."""
-    task = study.template
-    people = Parts(task).params.people
-    world, place = nearest("worlds", Path(task.world)).name, Path(task.map_name).stem
-    return f"world {world}, map {place}, {people.count} people, seed {task.seed}"

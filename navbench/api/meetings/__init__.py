@@ -1,0 +1,1 @@
+"""Commands whose margins are of meetings with people, not of whole deliveries."""

@@ -1,0 +1,88 @@
+"""What the commands that drive meetings have in common."""
+
+import contextlib
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from harness.episode.factory import Parts
+from harness.execution.executors import ParentProcess
+from harness.execution.workers import Workers
+from harness.meetings.allowed import INSTEAD
+from harness.meetings.estimate import missions_driven
+from harness.meetings.kept import KeptMissions
+from harness.meetings.mission import MissionDrive
+from harness.report.short.setup import nearest
+from harness.study.places import Where
+from harness.task.study import Study
+from navbench.api.progress import Bar, say, shown
+from navstack.errors import InputError
+
+
+def require_local(where: Where) -> None:
+    """Check that missions are to be driven on this machine.
+
+    Raises:
+        InputError: they are not.
+    """
+    if not where.is_local:
+        raise InputError(
+            f"meetings are driven on this machine only; leave out --executor, or {INSTEAD}"
+        )
+
+
+def is_interrupted(
+    study: Study,
+    kept: KeptMissions,
+    where: Where,
+    bar: Bar,
+    is_enough: Callable[[MissionDrive], bool],
+    until: float = math.inf,
+) -> bool:
+    """Drive missions after those that are kept, and keep them; returns whether it was interrupted.
+
+    Args:
+        study: whose stacks are the arms.
+        kept: missions of before.
+        where: they are driven.
+        bar: that shows how far it is.
+        is_enough: whether no mission is needed after this one.
+        until: [s] of the monotonic clock.
+    """
+    try:
+        _drive(study, kept, where, bar, is_enough, until)
+    except KeyboardInterrupt:
+        say(f"interrupted after {kept.number} missions, which are kept in {kept.file.parent}")
+        return True
+    return False
+
+
+def _drive(
+    study: Study,
+    kept: KeptMissions,
+    where: Where,
+    bar: Bar,
+    is_enough: Callable[[MissionDrive], bool],
+    until: float,
+) -> None:
+    with (
+        Workers(study.workers, ParentProcess, where.time_limit) as workers,
+        shown(bar),
+        contextlib.closing(
+            missions_driven(study, workers, until, kept.drives, kept.number)
+        ) as missions,
+    ):
+        for finished in missions:
+            kept.add(finished.result)
+            if finished.result is None:
+                say(f"mission {finished.task.arms[0].episode}: {finished.error}")
+            elif is_enough(finished.result):
+                return
+
+
+def place_of(study: Study) -> str:
+    """World, map and people of a study, in words."""
+    task = study.template
+    people = Parts(task).params.people
+    world, place = nearest("worlds", Path(task.world)).name, Path(task.map_name).stem
+    return f"world {world}, map {place}, {people.count} people, seed {task.seed}"
