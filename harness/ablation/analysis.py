@@ -8,6 +8,7 @@ import numpy as np
 
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.audited import audit_sides
+from harness.analysis.check import DELIVERIES
 from harness.analysis.compare import Side, compare, have_common_missions
 from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs
@@ -23,6 +24,7 @@ from harness.study.stored_run import StoredRun
 from harness.task.stack import GEOMETRY, TRUTH, Stack
 from navstack.errors import UnknownNameError
 from navstack.params.extensions import uses_map
+from navstack.types import FloatArray, IntArray
 
 COMPARED = (MARGIN, "sla", "avg_localization_error_median_m")  # metrics of harness.analysis.compare
 # Quantiles over the deliveries of a quantile over each delivery's ticks: key, column, level, factor
@@ -42,6 +44,7 @@ class AblationDeclaration:
     stack: str  # of which all arms are made
     against: str  # arm to which the others are compared
     sources: tuple[str, ...] = ()  # where the localizers' parameters are from, in sentences
+    estimator: str = DELIVERIES  # of harness.analysis.check.ESTIMATORS
 
     def check(self, arms: Sequence[Stack]) -> None:
         """Check that there is such an arm.
@@ -183,8 +186,7 @@ def _differences(
     sides: Mapping[str, Side],
 ) -> Iterator[ArmDifference]:
     """Every arm against the reference, and each wrong map against the right one."""
-    pairs = [(arm.name, against) for arm in arms if arm.name != against]
-    pairs += [pair for pair in wrong_maps(arms) if pair not in pairs]
+    pairs = compared_pairs([arm.stack for arm in arms], against)
     measured = {arm.name: arm.result.intervals.keys() for arm in arms}
     known = {}
     for name, other in pairs:
@@ -201,6 +203,12 @@ def _differences(
             yield ArmDifference(*pair, metric, paired, unseen)
 
 
+def compared_pairs(arms: Sequence[Stack], against: str) -> list[tuple[str, str]]:
+    """Every arm with the reference, and each wrong map with the right one: by name."""
+    pairs = [(arm.name, against) for arm in arms if arm.name != against]
+    return pairs + [pair for pair in wrong_maps(arms) if pair not in pairs]
+
+
 def _audits(
     arms: Sequence[Arm],
     against: str,
@@ -214,9 +222,9 @@ def _audits(
             yield arm.name, audit_sides(reference, side)
 
 
-def wrong_maps(arms: Sequence[Arm]) -> list[tuple[str, str]]:
+def wrong_maps(arms: Sequence[Stack]) -> list[tuple[str, str]]:
     """Arms on a navigation mesh, each with the same localizer's arm on the geometry map."""
-    localizer_on = {(arm.stack.localizer, arm.stack.localization_map): arm.name for arm in arms}
+    localizer_on = {(arm.localizer, arm.localization_map): arm.name for arm in arms}
     return [
         (name, localizer_on[localizer, GEOMETRY])
         for (localizer, map_name), name in localizer_on.items()
@@ -231,27 +239,50 @@ def _prices(
     seed: int,
 ) -> Iterator[ErrorPrice]:
     """The price of each injected kind of error, over missions that every level finished."""
-    truth = next(
-        (arm for arm in arms if arm.stack.localizer == TRUTH and injected_kind(arm.stack) is None),
-        None,
-    )
-    for kind in KINDS:
-        injected = [arm for arm in arms if injected_kind(arm.stack) == kind]
-        if truth is None or not injected:
-            continue
-        levels = np.array([0.0, *(injected_level(arm.stack, kind) for arm in injected)])
-        own = _paired([rows[arm.name] for arm in (truth, *injected)])
+    for kind, levels in injected_levels([arm.stack for arm in arms]).items():
+        own = _paired([rows[name] for name in levels])
         is_modelled = all(row["pieces_at_start"] is not None for rows in own for row in rows)
         found = [margins(each, prices) if is_modelled else None for each in own]
         known = [margin for margin in found if margin is not None]
         if not own[0] or len(known) < len(own):
-            yield ErrorPrice(kind, tuple(levels.tolist()), NO_INTERVAL)
+            yield ErrorPrice(kind, tuple(levels.values()), NO_INTERVAL)
             continue
-        costs = -np.column_stack(known)
-        slope = paired_slope(levels, costs, missions(own[0]), np.random.default_rng(seed))
-        if np.ptp(costs, axis=1).max() < CENT:  # what is rare has not been seen
-            slope = Interval(slope.value, None, None, slope.n)
-        yield ErrorPrice(kind, tuple(levels.tolist()), slope)
+        yield error_price(kind, levels, np.column_stack(known), missions(own[0]), seed)
+
+
+def injected_levels(arms: Sequence[Stack]) -> dict[str, dict[str, float]]:
+    """How much of an error each arm has, by kind and name: 0 of the truth, in the kind's unit."""
+    found: dict[str, dict[str, float]] = {}
+    truth = [arm for arm in arms if arm.localizer == TRUTH and injected_kind(arm) is None]
+    for kind in KINDS:
+        injected = [arm for arm in arms if injected_kind(arm) == kind]
+        if truth and injected:
+            levels = {arm.name: injected_level(arm, kind) for arm in injected}
+            found[kind] = {truth[0].name: 0.0, **levels}
+    return found
+
+
+def error_price(
+    kind: str,
+    levels: Mapping[str, float],
+    margin: FloatArray,
+    clusters: IntArray,
+    seed: int,
+) -> ErrorPrice:
+    """What an error costs, from the margins of deliveries at every level.
+
+    Args:
+        kind: of the error.
+        levels: of it, by arm.
+        margin: [USD], shape (n, levels).
+        clusters: number of each delivery's mission, shape (n,).
+        seed: of random signs.
+    """
+    sizes = np.array(list(levels.values()))
+    slope = paired_slope(sizes, -margin, clusters, np.random.default_rng(seed))
+    if np.ptp(margin, axis=1).max() < CENT:  # what is rare has not been seen
+        slope = Interval(slope.value, None, None, slope.n)
+    return ErrorPrice(kind, tuple(levels.values()), slope)
 
 
 def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:

@@ -22,9 +22,9 @@ def ablation_document(ablation: Ablation, study: Study, prices: Prices) -> Row:
         "seed": study.template.seed,
         "episodes": ablation.episodes,
         "arms": [_arm(arm, prices) for arm in ablation.arms],
-        "differences": [_difference(difference) for difference in ablation.differences],
+        "differences": [difference_document(difference) for difference in ablation.differences],
         "audits": {arm: audit.as_json() for arm, audit in ablation.audits.items()},
-        "price_of_error": {price.kind: _price(price) for price in ablation.prices},
+        "price_of_error": {price.kind: price_document(price) for price in ablation.prices},
     }
 
 
@@ -55,7 +55,8 @@ def _arm(arm: Arm, prices: Prices) -> Row:
     }
 
 
-def _difference(difference: ArmDifference) -> Row:
+def difference_document(difference: ArmDifference) -> Row:
+    """One comparison, as JSON."""
     paired = difference.paired
     return {
         "arm": difference.arm,
@@ -70,6 +71,7 @@ def _difference(difference: ArmDifference) -> Row:
     }
 
 
-def _price(price: ErrorPrice) -> Row:
+def price_document(price: ErrorPrice) -> Row:
+    """What a kind of error costs, as JSON."""
     unit = KINDS[price.kind].unit
     return {f"usd_per_run_per_{unit}": price.price.as_json(), f"levels_{unit}": list(price.levels)}

@@ -222,7 +222,7 @@ def price_sentence(price: ErrorPrice) -> str:
 
 def _wrong_maps(ablation: Ablation) -> list[str]:
     """What each wrong map costs."""
-    pairs = wrong_maps(ablation.arms)
+    pairs = wrong_maps([arm.stack for arm in ablation.arms])
     found = [each for each in ablation.of(MARGIN) if (each.arm, each.against) in pairs]
     return [f"what the wrong map costs: {sentence(each)}" for each in found]
 

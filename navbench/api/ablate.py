@@ -10,6 +10,8 @@ from typing import Any
 from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
 from harness.ablation.arms import arms_of, parameter_sources, with_arms
 from harness.ablation.document import ablation_document
+from harness.ablation.meetings import MeetingsArms
+from harness.analysis.check import DELIVERIES, MEETINGS
 from harness.episode.files import prices_of
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
@@ -25,6 +27,7 @@ from harness.study.preflight import check
 from harness.study.stored_run import load_run
 from harness.task.study import make_study
 from navbench.api.driving import Driven, drive_folder, extend, say_notes
+from navbench.api.meetings.ablate import drive_arms, require_arms
 from navbench.api.report import today
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
@@ -56,12 +59,13 @@ def ablate(
     *,
     correlation_time: float | None = None,
     against: str | None = None,
+    estimator: str = DELIVERIES,
     out: Path | None = None,
     where: Where | None = None,
     map: str = "sidewalk",  # noqa: A002 - as the option is called
     episodes: int = 20,
     **options: Any,
-) -> Ablated:
+) -> Ablated | MeetingsArms:
     """Drive one stack with one localizer after the other on the same missions, people and noise.
 
     Args:
@@ -70,14 +74,16 @@ def ablate(
         errors: ``position=0.1,0.3`` [m] or ``heading=2`` [deg] each, an arm for every value.
         correlation_time: [s] over which such an error changes; None: the usual one.
         against: arm to which the others are compared; None: the first.
+        estimator: deliveries, or meetings with people, which decide with less driving.
         out: run folder; None: ``results/<time>-ablate-<stack>``.
         where: deliveries are driven; None: on this machine.
         map: a built-in map or a map_server YAML file.
-        episodes: deliveries of each arm.
+        episodes: deliveries of each arm, or missions whose meetings it drives.
         options: as of :func:`navbench.run`.
 
     Raises:
-        InputError: a value that ``navbench run`` would refuse too, or arms that cannot be had.
+        InputError: a value that ``navbench run`` would refuse too, arms that cannot be had, or a
+            world whose people cannot be met.
     """
     where = where or Where()
     study = make_study(
@@ -88,8 +94,10 @@ def ablate(
     sources = parameter_sources(study.stacks[0], arms, study.template.allow_unknown)
     study = with_arms(study, arms, where.workers)
     name, first = name_of(stack), study.stacks[0].name
-    declaration = AblationDeclaration(name, against or first, sources)
+    declaration = AblationDeclaration(name, against or first, sources, estimator)
     declaration.check(study.stacks)
+    if estimator == MEETINGS:
+        require_arms(study, where)
     path = out or default_folder(f"ablate-{name}")
     require_usable(path)
     # all arms share the Nav2 file and the robot that notes are about
@@ -99,7 +107,7 @@ def ablate(
     create_run(path, about(study, sys.argv), texts)
     found = _drive(path, declaration, where)
     told = [f"{name}: {note.removeprefix(own)}" for note in notes]
-    return dataclasses.replace(found, notes=told)
+    return dataclasses.replace(found, notes=tuple(told))
 
 
 def resume_ablation(
@@ -107,7 +115,7 @@ def resume_ablation(
     against: str | None = None,
     where: Where | None = None,
     episodes: int | None = None,
-) -> Ablated:
+) -> Ablated | MeetingsArms:
     """Go on with the ablation of a run folder.
 
     Args:
@@ -136,7 +144,9 @@ def resume_ablation(
     return _drive(path, declaration, where)
 
 
-def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablated:
+def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablated | MeetingsArms:
+    if declaration.estimator == MEETINGS:
+        return drive_arms(path, declaration, where)
     study = load_study(path, where.workers)
     driven = drive_folder(study, path, where)
     prices = prices_of(study.template.prices)

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.driving import asked_deliveries, exit_status, say_how_to_go_on
-from navbench.cli.options import FULL, path_option, refuse_others, study_options
+from navbench.cli.options import ESTIMATOR, FULL, path_option, refuse_others, study_options
 from navbench.cli.streams import print_json
 from navbench.cli.values import names_of
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
+    from harness.ablation.meetings import MeetingsArms
     from harness.study.places import Where
+    from navbench.api.ablate import Ablated
 
 
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
@@ -47,6 +49,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 @click.option(
     "--against", metavar="ARM", help="Arm to which the others are compared; default: the first."
 )
+@ESTIMATOR
 @study_options
 @click.option(
     "--out",
@@ -87,15 +90,13 @@ def ablate(
       navbench ablate --localizers ground_truth,amcl,amcl@navigation_mesh --against amcl
       navbench ablate --inject position=0.1,0.3,1.0 heading=2,5 --episodes 100
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
+      navbench ablate --localizers gps-ekf,amcl-gps --estimator meetings --episodes 60
       navbench ablate --resume results/latest
       navbench ablate --resume results/latest --episodes 400
     """
-    from harness.report.ablation import ablation_blocks, next_command
-    from harness.report.blocks import Text
-    from harness.report.short.findings import short_ablation
+    from harness.ablation.meetings import MeetingsArms
     from navbench.api import ablate as api
     from navbench.api.driving import say_notes
-    from navbench.cli.common.ending import print_with_notes
 
     if resume is not None:
         refuse_others(context, "is_full", "episodes")
@@ -112,15 +113,40 @@ def ablate(
     if as_json:
         print_json(found.as_json())
         say_notes(found.notes)
+    elif isinstance(found, MeetingsArms):
+        _print_arms(found)
     else:
-        folder, ablation = found.driven.folder, found.ablation
-        blocks = short_ablation(ablation, folder)
-        if is_full:
-            blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
-        last = f"page: {found.page}"
-        if not found.driven.is_interrupted:
-            last += f"; next: {next_command(ablation, folder)}"
-        print_with_notes([*blocks, Text(last, "whole")], found.notes)
-    if found.driven.is_interrupted:
-        say_how_to_go_on("ablate", found.driven.folder)
-    sys.exit(exit_status(found.driven.is_interrupted, found.driven.has_errors))
+        _print(found, is_full)
+    ended = found if isinstance(found, MeetingsArms) else found.driven
+    if ended.is_interrupted:
+        say_how_to_go_on("ablate", ended.folder)
+    sys.exit(exit_status(ended.is_interrupted, ended.has_errors))
+
+
+def _print(found: "Ablated", is_full: bool) -> None:
+    """The screen of whole deliveries."""
+    from harness.report.ablation import ablation_blocks, next_command
+    from harness.report.blocks import Text
+    from harness.report.short.findings import short_ablation
+    from navbench.cli.common.ending import print_with_notes
+
+    folder, ablation = found.driven.folder, found.ablation
+    blocks = short_ablation(ablation, folder)
+    if is_full:
+        blocks = [*blocks[:1], *ablation_blocks(ablation, found.figures, folder)]
+    last = f"page: {found.page}"
+    if not found.driven.is_interrupted:
+        last += f"; next: {next_command(ablation, folder)}"
+    print_with_notes([*blocks, Text(last, "whole")], found.notes)
+
+
+def _print_arms(found: "MeetingsArms") -> None:
+    """The screen of meetings."""
+    from harness.report.blocks import Text
+    from harness.report.short.meetings_arms import next_command, short_arms
+    from navbench.cli.common.ending import print_with_notes
+
+    last = f"run folder: {found.folder}"
+    if not found.is_interrupted:
+        last += f"; next: {next_command(found)}"
+    print_with_notes([*short_arms(found), Text(last, "whole")], found.notes)

@@ -8,7 +8,7 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import exit_status
-from navbench.cli.options import LOCALIZER, condition_options, path_option, refuse_others
+from navbench.cli.options import ESTIMATOR, LOCALIZER, condition_options, path_option, refuse_others
 from navbench.cli.streams import print_json
 from navbench.cli.values import Finite
 
@@ -44,13 +44,7 @@ SHOWN = (  # in the help
     show_default=True,
     help="USD a delivery; a difference that is surely no larger makes them alike.",
 )
-@click.option(
-    "--estimator",
-    type=click.Choice(["deliveries", "meetings"]),
-    default="deliveries",
-    show_default=True,
-    help="deliveries: whole ones; meetings: less of them, and meetings with people.",
-)
+@ESTIMATOR
 @LOCALIZER
 @condition_options
 @click.option(

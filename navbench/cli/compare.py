@@ -7,8 +7,10 @@ import click
 from harness.analysis.compare import comparison_document
 from harness.report.comparison import comparison_blocks
 from harness.report.short.findings import short_comparison
+from harness.report.short.meetings_arms import next_command, short_arms
 from harness.report.tables import print_blocks, report_console
 from navbench.api import money
+from navbench.api.meetings.compare import compare_by_meetings, is_by_meetings
 from navbench.api.progress import say
 from navbench.api.runs import load
 from navbench.cli.options import FULL, JSON
@@ -34,7 +36,8 @@ def compare(
 ) -> None:
     """Compare two runs, or two stacks of one, on their common missions: B minus A.
 
-    A and B are run folders, or FOLDER:stack where a folder has several stacks.
+    A and B are run folders, or FOLDER:stack where a folder has several stacks. Two stacks of a
+    folder made with --estimator meetings are compared by their meetings.
 
     \b
     Examples:
@@ -42,6 +45,9 @@ def compare(
       navbench compare results/both:nav2-gps results/both:parked
       navbench compare results/before results/after --metric sla --metric margin --json
     """
+    if is_by_meetings(first) or is_by_meetings(second):
+        _compare_by_meetings(first, second, as_json)
+        return
     comparison = money.compare(load(first), load(second), metrics)
     for warning in comparison.warnings:
         say(f"note: not comparable: {warning}")
@@ -53,3 +59,12 @@ def compare(
         sides = comparison.first, comparison.second
         folders = dict.fromkeys(str(side.run.folder) for side in sides)
         click.echo(f"next: navbench report {shlex.join(folders)}")
+
+
+def _compare_by_meetings(first: str, second: str, as_json: bool) -> None:
+    found = compare_by_meetings(first, second)
+    if as_json:
+        print_json(found.as_json())
+    else:
+        print_blocks(short_arms(found), report_console())
+        click.echo(f"next: {next_command(found)}")

@@ -32,6 +32,13 @@ def path_option(name: str, shown: str, about: str, required: bool = False) -> Ca
     return click.option(name, type=kind, metavar=shown, help=about, required=required)
 
 
+ESTIMATOR = click.option(
+    "--estimator",
+    type=click.Choice(["deliveries", "meetings"]),
+    default="deliveries",
+    show_default=True,
+    help="deliveries: whole ones; meetings: less of them, and meetings with people.",
+)
 PRICES = click.option(
     "--prices",
     default="costnav",

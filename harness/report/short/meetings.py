@@ -40,10 +40,10 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
     result = checked.result
     if result is not None:
         lines += aligned([("", "OLD", "NEW"), *_quantities(result)])
-        lines.append(f"{METHOD}; {_driven(result)}")
+        lines.append(f"{METHOD}; {driven_text(result)}")
     if checked.errors:
         lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
-    lines += [_blind_spots(), LIMIT, _next(checked)]
+    lines += [blind_spots(), LIMIT, _next(checked)]
     return lines_of(lines)
 
 
@@ -59,11 +59,12 @@ def meetings_markdown(checked: MeetingsChecked) -> str:
     result = checked.result
     if result is not None:
         blocks.append(Table("What they earn", ("Mean", "OLD", "NEW"), _quantities(result)))
-        blocks.append(Text(f"{METHOD}; {_driven(result)}"))
-    return markdown_text([*blocks, Text(_blind_spots()), Text(LIMIT)])
+        blocks.append(Text(f"{METHOD}; {driven_text(result)}"))
+    return markdown_text([*blocks, Text(blind_spots()), Text(LIMIT)])
 
 
-def _blind_spots() -> str:
+def blind_spots() -> str:
+    """What the estimator cannot see."""
     return f"not seen: {'; '.join(NOT_SEEN)}"
 
 
@@ -89,12 +90,13 @@ def _next(checked: MeetingsChecked) -> str:
 def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
     rows = []
     for title, (of_arm, decimals) in QUANTITIES.items():
-        texts = [_text(of_arm(arm), decimals) for arm in result.arms]
+        texts = [quantity_text(of_arm(arm), decimals) for arm in result.arms]
         rows.append((title, *texts))
     return rows
 
 
-def _text(value: float | Interval, decimals: int) -> str:
+def quantity_text(value: float | Interval, decimals: int) -> str:
+    """A quantity of an arm, with its interval if it has one."""
     if not isinstance(value, Interval):
         return number_text(value, decimals)
     if value.value is None:
@@ -102,9 +104,10 @@ def _text(value: float | Interval, decimals: int) -> str:
     return f"{number_text(value.value, decimals)} {bounds_text(value, decimals)}"
 
 
-def _driven(result: MeetingsResult) -> str:
+def driven_text(result: MeetingsResult) -> str:
+    """How many meetings there were."""
     per_delivery = sum(each.per_delivery for each in result.strata)
     return (
-        f"{counted(result.meetings, 'meeting')} of each side, of {per_delivery:.2f} a delivery "
+        f"{counted(result.meetings, 'meeting')} of each, of {per_delivery:.2f} a delivery "
         "within 4 m of the way"
     )

@@ -1,0 +1,105 @@
+"""One localizer after the other, by meetings with people."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+from harness.ablation.analysis import AblationDeclaration
+from harness.ablation.meetings import MeetingsArms
+from harness.meetings.allowed import INSTEAD, require_meetings
+from harness.meetings.kept import kept_missions
+from harness.meetings.mission import MissionDrive
+from harness.meetings.results import result_of
+from harness.storage.files import locked
+from harness.study.manifest import load_study
+from harness.study.places import Where
+from harness.task.study import Study
+from navbench.api.meetings.driving import is_interrupted, place_of, require_local
+from navbench.api.progress import Bar, say
+from navstack.errors import InputError
+
+
+def require_arms(study: Study, where: Where) -> None:
+    """Check, before the folder is made, that arms can be met.
+
+    Raises:
+        InputError: they cannot, or single missions or records of them are asked for.
+    """
+    require_local(where)
+    require_meetings(study)
+    if study.only:
+        raise InputError(f"meetings are driven on all missions; leave out --only, or {INSTEAD}")
+    if study.template.keep_trace or study.template.keep_decisions:
+        raise InputError(f"meetings leave no recordings; leave out --record, or {INSTEAD}")
+
+
+def drive_arms(path: Path, declaration: AblationDeclaration, where: Where) -> MeetingsArms:
+    """Drive the missions that the folder of an ablation lacks.
+
+    Args:
+        path: of the folder.
+        declaration: which arm the others are compared to.
+        where: missions are driven.
+    """
+    require_local(where)
+    study = load_study(path, where.workers)
+    with locked(path):
+        kept = kept_missions(path)
+        bar = Bar("{done} of {total} missions", study.episodes, kept.number)
+        if kept.number >= study.episodes:
+            say(f"run {path} is complete: all of its {study.episodes} missions are finished")
+            is_stopped = False
+        else:
+            if kept.number:
+                say(f"going on after {kept.number} of {study.episodes} missions")
+
+            def is_enough(drive: MissionDrive) -> bool:
+                bar.done = kept.number
+                return False
+
+            is_stopped = is_interrupted(study, kept, where, bar, is_enough)
+    found = _found(path, declaration, study)
+    return dataclasses.replace(found, is_interrupted=is_stopped)
+
+
+def arms_of_folder(
+    path: Path, declaration: AblationDeclaration, names: Sequence[str] = ()
+) -> MeetingsArms:
+    """What the finished missions of a folder say.
+
+    Args:
+        path: of the folder.
+        declaration: which arm the others are compared to.
+        names: of the arms that count; none: all.
+
+    Raises:
+        InputError: an arm that it lacks.
+    """
+    return _found(path, declaration, load_study(path, 1), names)
+
+
+def _found(
+    path: Path, declaration: AblationDeclaration, study: Study, names: Sequence[str] = ()
+) -> MeetingsArms:
+    kept, all_names = kept_missions(path), [stack.name for stack in study.stacks]
+    unknown = [name for name in names if name not in all_names]
+    if unknown:
+        raise InputError(f"'{path}' has no stack '{unknown[0]}'; it has {', '.join(all_names)}")
+    chosen = [all_names.index(name) for name in names or all_names]
+    drives = [
+        dataclasses.replace(each, arms=tuple(each.arms[number] for number in chosen))
+        for each in kept.drives
+    ]
+    result = None
+    if drives:
+        result = result_of(drives, study.template.seed)
+    return MeetingsArms(
+        declaration=declaration,
+        arms=tuple(study.stacks[number] for number in chosen),
+        folder=path,
+        where=place_of(study),
+        episodes=study.episodes,
+        seed=study.template.seed,
+        result=result,
+        errors=kept.errors,
+    )
