@@ -19,8 +19,9 @@ from harness.analysis.check import MEETINGS
 from harness.analysis.meetings_check import NOT_SEEN
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
-from harness.meetings.results import MeetingsResult
+from harness.meetings.results import MeetingsResult, unseen_loss
 from harness.metrics.columns import Row
+from harness.statistics.interval import Interval
 from harness.statistics.paired import compare_pairs, together
 from harness.task.stack import Stack
 
@@ -64,8 +65,9 @@ class MeetingsArms:
             compare_pairs(margins[other], margins[name], clusters, rng, CENT)
             for name, other in pairs
         ]
+        unseen = unseen_loss(self.result.heaviest, self.missions)
         return [
-            ArmDifference(*pair, MARGIN, paired)
+            ArmDifference(*pair, MARGIN, paired, _admitting(paired.difference, unseen))
             for pair, paired in zip(pairs, together(found), strict=True)
         ]
 
@@ -119,3 +121,11 @@ class MeetingsArms:
             for stack, arm in zip(self.arms, self.result.arms, strict=True)
         ]
         return document
+
+
+def _admitting(difference: Interval, unseen: float) -> Interval | None:
+    """The difference between losses on either side that nobody has seen [USD]."""
+    if difference.value is None:
+        return None
+    low, high = difference.value - unseen, difference.value + unseen
+    return Interval(difference.value, low, high, difference.n)

@@ -63,14 +63,13 @@ class Looks:
     the same verdict however fast they were driven.
     """
 
-    def __init__(self, within: float, reach: float = REACH) -> None:
+    def __init__(self, within: float) -> None:
         """Begin without a mission.
 
         Args:
             within: as of :func:`verdict_of`.
-            reach: [USD] of a mission's difference that count.
         """
-        self._within, self._reach, self._next = within, reach, 1
+        self._within, self._next = within, 1
         self._differences: list[float] = []
         self.bound = NO_INTERVAL  # [USD] of the last look
 
@@ -90,7 +89,7 @@ class Looks:
             return
         self._differences.append(difference)
         if self.missions >= self._next:
-            self.bound = bound_at_every_look(np.array(self._differences), self._reach)
+            self.bound = bound_at_every_look(np.array(self._differences), REACH)
             self._next = self.missions + math.ceil(self.missions / LOOKS)
 
 
@@ -189,22 +188,19 @@ def evaluate(first: Side, second: Side, within: float, most: int | None = None) 
     return Checked(first, second, within, old, new, bound, more)
 
 
-def missions_that_decide(
-    differences: FloatArray, within: float, reach: float = REACH
-) -> int | None:
+def missions_that_decide(differences: FloatArray, within: float) -> int | None:
     """How many more missions would decide, were they like those that are there.
 
     Args:
         differences: [USD], shape (n,), which decide nothing.
         within: as of :func:`verdict_of`.
-        reach: [USD] of a mission's difference that count.
 
     Returns:
         None: none of :data:`MOST_TIMES` as many does.
     """
 
     def decides(times: float) -> bool:
-        return verdict_of(bound_at_every_look(differences, reach, times), within) != "undecided"
+        return verdict_of(bound_at_every_look(differences, REACH, times), within) != "undecided"
 
     too_few, enough = 1.0, 2.0
     while not decides(enough):

@@ -5,20 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.analysis.check import (
-    SIDES,
-    CheckDeclaration,
-    Verdict,
-    missions_that_decide,
-    verdict_of,
-)
+from harness.analysis.check import SIDES, CheckDeclaration, Verdict, verdict_of
 from harness.economics.valuation import CENT
+from harness.meetings.looks import NUMBERS, expected_bound
 from harness.meetings.results import ArmResult, MeetingsResult
 from harness.meetings.strata import MISSES
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval, interval_json
 
-REACH = 10.0  # [USD] of a mission's difference that count; it spreads much less than a delivery's
 NOT_SEEN = (
     f"who stays {MISSES[-1]:g} m from the planned way",
     "somebody who is met because of somebody else",
@@ -33,7 +27,7 @@ class MeetingsChecked:
     declaration: CheckDeclaration
     folder: Path  # of the run
     where: str  # world, map and people, in words
-    bound: Interval  # [USD] of the mean difference, new less old, at 95 % at every look
+    bound: Interval  # [USD] of the mean difference, new less old, at the last look
     result: MeetingsResult | None  # None: no mission is finished
     errors: int = 0  # missions that ended in one, which are left out
     notes: tuple[str, ...] = ()  # on the file, the robot and the map
@@ -45,13 +39,6 @@ class MeetingsChecked:
         return verdict_of(self.bound, self.declaration.within)
 
     @property
-    def beyond_reach(self) -> int:
-        """Missions whose difference counts as :data:`REACH`, as it is greater."""
-        if self.result is None:
-            return 0
-        return int((np.abs(self.result.differences) > REACH).sum())
-
-    @property
     def has_errors(self) -> bool:
         """Whether missions ended in an error of the machine."""
         return self.errors > 0
@@ -61,7 +48,16 @@ class MeetingsChecked:
         """Missions that would decide; None: decided, or nobody knows."""
         if self.result is None or self.verdict != "undecided":
             return None
-        return missions_that_decide(self.result.differences, self.declaration.within, REACH)
+        differences, heaviest = self.result.differences, self.result.heaviest
+        driven = len(differences)
+        if driven < 2:
+            return None
+        for missions in NUMBERS:
+            if missions > driven:
+                bound = expected_bound(missions, differences, heaviest)
+                if verdict_of(bound, self.declaration.within) != "undecided":
+                    return missions - driven
+        return None
 
     def as_json(self) -> Row:
         """As ``navbench check --estimator meetings --json`` prints it."""
@@ -74,7 +70,6 @@ class MeetingsChecked:
             "margin_difference": interval_json(self.bound),
             "more_needed": self.more_needed,
             "within_usd": declaration.within,
-            "reach_usd": REACH,
             "not_seen": list(NOT_SEEN),
             "errors": self.errors,
             "meetings": 0,
@@ -85,7 +80,6 @@ class MeetingsChecked:
         }
         if result is None:
             return document
-        document["missions_beyond_reach"] = self.beyond_reach
         document["missions_alike"] = int((np.abs(result.differences) < CENT).sum())
         document["meetings"] = result.meetings
         document["farthest_off_planned_way_m"] = result.farthest_off

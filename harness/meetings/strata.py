@@ -8,9 +8,10 @@ MISSES = (0.25, 0.5, 1.0, 2.0, 4.0)  # [m] upper ends; who passes farther away i
 DIRECTIONS = ("head-on", "crossing", "same way")
 ALONG = 0.7  # [m/s] along the path, beyond which somebody walks against or with the robot
 STRATA = tuple((miss, direction) for miss in MISSES for direction in DIRECTIONS)
-# [USD] spread of what a meeting costs, before any is driven: about 60 USD a hit, times the root of
-# its probability by the miss; it decides how many are driven, never what they come to
+# [USD] spread of what a meeting costs, before any is driven: that of a hit, times the root of its
+# probability by the miss; it decides how many are driven, never what they come to
 PRIOR = np.repeat((25.0, 20.0, 10.0, 6.0, 4.0), len(DIRECTIONS))
+HIT = 60.0  # [USD] about what it costs to hit somebody
 PRIOR_WEIGHT = 10.0  # meetings that the prior counts as
 # [USD] passings a delivery times these spreads, in the default world (15 missions of sidewalk)
 PRIOR_SUM = 17.0

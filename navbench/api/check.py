@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from harness.analysis.check import (
     ALIKE,
@@ -27,6 +27,7 @@ from harness.economics.valuation import margins
 from harness.episode.files import prices_of
 from harness.metrics.columns import Row
 from harness.report.short.check import MARKDOWN, check_markdown
+from harness.statistics.interval import Interval
 from harness.storage.documents import write_file
 from harness.storage.files import require_writable
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
@@ -201,10 +202,20 @@ def is_same(study: Study) -> bool:
     return known[0] == known[1]
 
 
+class HasBound(Protocol):
+    """Missions so far, and the bound of the last look at them."""
+
+    bound: Interval
+
+    @property
+    def missions(self) -> int:
+        """How many there are."""
+
+
 class Watch(Bar):
     """Seconds of the budget, missions and the bound so far."""
 
-    def __init__(self, looks: Looks, budget: float) -> None:
+    def __init__(self, looks: HasBound, budget: float) -> None:
         self._looks, self._start = looks, time.monotonic()
         self.until = self._start + budget  # [s] of the monotonic clock
         super().__init__("{done:.0f} of {total:.0f} s", budget)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from harness.analysis.meetings_check import MeetingsChecked
-from harness.meetings import crowd, estimate
+from harness.meetings import crowd, estimate, looks
 from harness.meetings.kept import FILE
 from harness.report.short.meetings import short_meetings
 from harness.storage.shipped import shipped
@@ -41,6 +41,7 @@ def short_meetings_only(driven_in_process: Driven) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch, driven_in_process():
         patch.setattr(crowd, "LONG", 130.0)
         patch.setattr(estimate, "NUMBER", 1)
+        patch.setattr(looks, "NUMBERS", (4, 8))
         yield
 
 
@@ -48,13 +49,13 @@ def short_meetings_only(driven_in_process: Driven) -> Iterator[None]:
 def checked(
     words: list[str], short_meetings_only: None, tmp_path_factory: pytest.TempPathFactory
 ) -> MeetingsChecked:
-    """A check of four missions, after which it is decided."""
+    """A check of eight missions, after which it is decided."""
     old, new, *rest = words
     options = dict(zip(rest[::2], rest[1::2], strict=True))
     found = check_by_meetings(
         old,
         new,
-        within=8.1,
+        within=95.0,
         out=tmp_path_factory.mktemp("runs") / "run",
         rules=options["--rules"],
         map=options["--map"],
@@ -67,13 +68,13 @@ def checked(
 def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) -> None:
     document = checked.as_json()
     assert (document["estimator"], document["verdict"]) == ("meetings", "alike")
-    assert document["margin_difference"]["n"] == 4 and len(document["not_seen"]) == 3
+    assert document["margin_difference"]["n"] == 8 and len(document["not_seen"]) == 3
     assert document["meetings"] == sum(each["driven"] for each in document["strata"])
-    assert document["old"]["contacts_per_1000_km"]["n"] == 4
+    assert document["old"]["contacts_per_1000_km"]["n"] == 8
     lines = [block.text for block in short_meetings(checked)]
     assert len(lines) <= 25
     assert "world paper_loose_bucket" in lines[0]
-    assert lines[1].startswith("alike within 8.1 USD a delivery: NEW less OLD is")
+    assert lines[1].startswith("alike within 95 USD a delivery: NEW less OLD is")
     assert any(line.startswith("estimator meetings: ") for line in lines)
     assert lines[-1].startswith("next: navbench check ")
 
@@ -87,12 +88,12 @@ def test_a_check_that_was_cut_off_goes_on_to_the_same(
     missions.write_bytes(missions.read_bytes()[:-9])
     options = ("--workers", "1", "--json", "--markdown", comment)
     status, text, said = navbench("check", "--resume", run, *options)
-    assert status == 0 and "going on after 3 missions" in said
+    assert status == 0 and "going on after 7 missions" in said
     document = checked.as_json()
     assert json.loads(text) == {**document, "folder": str(run)}
     assert missions.read_bytes() == (checked.folder / FILE).read_bytes()
     commented = comment.read_text(encoding="utf-8")
-    assert "**alike within 8.1 USD a delivery**: NEW less OLD is" in commented
+    assert "**alike within 95 USD a delivery**: NEW less OLD is" in commented
     assert "Margin ($/delivery)" in commented and "not seen: " in commented
 
 
@@ -120,7 +121,7 @@ def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
         (("--world", "social_force"), 1, "react to the robot"),
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
-        (("--within", "80"), 1, "--within 80"),
+        (("--within", "101"), 1, "--within"),
         (("--markdown", "comment.txt"), 1, ".md"),
     ],
 )

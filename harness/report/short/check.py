@@ -77,22 +77,12 @@ def sentence(checked: Checked) -> str:
     return told_verdict(bound, checked.verdict, checked.within, more)
 
 
-def told_verdict(
-    bound: Interval, verdict: str, within: float, more: str, condition: str = ""
-) -> str:
-    """A verdict with its bound.
-
-    Args:
-        bound: [USD] of the mean difference.
-        verdict: on it.
-        within: [USD] as it was asked for.
-        more: added where it is not decided.
-        condition: of the difference, added in any case.
-    """
+def told_verdict(bound: Interval, verdict: str, within: float, more: str) -> str:
+    """A verdict with its bound; ``more`` is added where it is not decided."""
     if bound.value is None:
         return "not decided: no mission is finished"
     span = f"{number_text(bound.value, 2, True)} {bounds_text(bound, 2, True)} USD a delivery"
-    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}{condition}"
+    told = f"NEW less OLD is {span} over {counted(bound.n, 'mission')}"
     if verdict == "alike":
         return f"alike within {within:g} USD a delivery: {told}"
     if verdict != "undecided":

@@ -3,7 +3,8 @@
 import shlex
 from collections.abc import Callable
 
-from harness.analysis.meetings_check import NOT_SEEN, REACH, MeetingsChecked
+from harness.analysis.meetings_check import NOT_SEEN, MeetingsChecked
+from harness.meetings.looks import NUMBERS
 from harness.meetings.results import ArmResult, MeetingsResult
 from harness.report.blocks import Block, Table, Text
 from harness.report.markdown import markdown_text
@@ -18,8 +19,9 @@ METHOD = (
     "crowd alone"
 )
 LIMIT = (
-    "The bound (95 %) holds at every look and assumes that missions are independent; a mission's "
-    f"difference beyond {REACH:g} USD counts as {REACH:g}."
+    "The bound (95 %) holds at all looks together, after "
+    f"{', '.join(map(str, NUMBERS[:5]))} and so on missions. It assumes that a mission's "
+    "difference could as well have the other sign."
 )
 # quantity -> of an arm, decimals
 QUANTITIES: dict[str, tuple[Callable[[ArmResult], float | Interval], int]] = {
@@ -70,13 +72,13 @@ def blind_spots() -> str:
 
 def sentence(checked: MeetingsChecked) -> str:
     """The verdict with its bound, and what would decide."""
-    more = condition = ""
+    more = ""
     if checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
-    if checked.beyond_reach:
-        condition = f", {checked.beyond_reach} of which count as {REACH:g} USD, not more"
-    within = checked.declaration.within
-    return told_verdict(checked.bound, checked.verdict, within, more, condition)
+    if checked.result is not None and checked.bound.value is None:
+        driven = counted(len(checked.result.margins), "mission")
+        return f"not decided: the first look comes after {NUMBERS[0]} missions, of {driven}{more}"
+    return told_verdict(checked.bound, checked.verdict, checked.declaration.within, more)
 
 
 def _next(checked: MeetingsChecked) -> str:

@@ -5,10 +5,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from harness.analysis.check import ALIKE, MEETINGS, SIDES, CheckDeclaration, Looks
-from harness.analysis.meetings_check import REACH, MeetingsChecked
+from harness.analysis.check import ALIKE, MEETINGS, SIDES, CheckDeclaration, verdict_of
+from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings.allowed import INSTEAD, require_meetings
 from harness.meetings.kept import kept_missions
+from harness.meetings.looks import MeetingLooks
 from harness.meetings.mission import MissionDrive
 from harness.meetings.results import result_of
 from harness.report.short.meetings import meetings_markdown
@@ -71,11 +72,6 @@ def check_by_meetings(
     for given in (old, new):
         if is_run(given):
             raise InputError(f"'{given}' is a finished run, which holds no meetings; {INSTEAD}")
-    if within >= REACH:
-        raise InputError(
-            f"--within {within:g} is no question for meetings, where a mission's difference counts "
-            f"up to {REACH:g} USD; give less"
-        )
     require_markdown(markdown)
     require_local(where)
     study = study_of(old, new, where, map_name=map, **options)
@@ -114,21 +110,20 @@ def _drive(
     path: Path, declaration: CheckDeclaration, where: Where, budget: float
 ) -> MeetingsChecked:
     """Drive mission after mission until a look decides or the time is over."""
-    study, looks = load_study(path, where.workers), Looks(declaration.within, REACH)
+    study = load_study(path, where.workers)
+    looks = MeetingLooks(study.template.seed)
 
     def is_decided_by(drive: MissionDrive) -> bool:
-        old, new = drive.margins
-        looks.add(new - old)
-        return looks.is_decided
+        looks.add(drive)
+        return verdict_of(looks.bound, declaration.within) != "undecided"
 
     with locked(path):
         kept = kept_missions(path)
-        for drive in kept.drives:
-            is_decided_by(drive)
+        is_decided = any([is_decided_by(drive) for drive in kept.drives])
         if kept.number:
             say(f"going on after {kept.number} missions")
         is_stopped = False
-        if not looks.is_decided:
+        if not is_decided:
             watch = Watch(looks, budget)
             is_stopped = is_interrupted(study, kept, where, watch, is_decided_by, watch.until)
     result = None
