@@ -65,7 +65,7 @@ class MeetingsArms:
             compare_pairs(margins[other], margins[name], clusters, rng, CENT)
             for name, other in pairs
         ]
-        unseen = unseen_loss(self.result.heaviest, self.missions)
+        unseen = unseen_loss(self.result.unseen_weight, self.missions)
         return [
             ArmDifference(*pair, MARGIN, paired, _admitting(paired.difference, unseen))
             for pair, paired in zip(pairs, together(found), strict=True)

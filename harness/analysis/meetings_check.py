@@ -48,13 +48,13 @@ class MeetingsChecked:
         """Missions that would decide; None: decided, or nobody knows."""
         if self.result is None or self.verdict != "undecided":
             return None
-        differences, heaviest = self.result.differences, self.result.heaviest
+        differences, weight = self.result.differences, self.result.unseen_weight
         driven = len(differences)
         if driven < 2:
             return None
         for missions in NUMBERS:
             if missions > driven:
-                bound = expected_bound(missions, differences, heaviest)
+                bound = expected_bound(missions, differences, weight)
                 if verdict_of(bound, self.declaration.within) != "undecided":
                     return missions - driven
         return None

@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.economics.valuation import CENT
 from harness.meetings.mission import MissionDrive
-from harness.meetings.results import heaviest_of, unseen_loss
+from harness.meetings.results import unseen_loss, unseen_weight
 from harness.statistics.interval import NO_INTERVAL, SIGNIFICANCE, Interval, wider
 from harness.statistics.sign_flips import flip_signs
 from navstack.types import FloatArray
@@ -26,21 +26,20 @@ def family_at(look: int) -> int:
     return look * (look + 1)
 
 
-def bound_at(look: int, differences: FloatArray, heaviest: float, seed: int) -> Interval:
+def bound_at(look: int, differences: FloatArray, weight: float, seed: int) -> Interval:
     """The mean difference with its bound at a look.
 
-    It is the sign-flip test inverted, and admits a hit in the heaviest meeting that only one arm
-    has and nobody has seen yet.
+    It is the sign-flip test inverted, and admits hits by one arm alone that nobody has seen yet.
 
     Args:
         look: its number, from 1 on.
         differences: [USD] of missions, shape (n,); those of a cent at most count as none.
-        heaviest: deliveries' share of the meeting that stands for most.
+        weight: meetings a delivery that such a hit stands for.
         seed: of random signs.
     """
     decisive = np.where(np.abs(differences) <= CENT, 0.0, differences)
     flips = flip_signs(decisive, np.random.default_rng(seed))
-    unseen = unseen_loss(heaviest, differences.size, family_at(look))
+    unseen = unseen_loss(weight, differences.size, family_at(look))
     admitted = Interval(flips.mean, flips.mean - unseen, flips.mean + unseen, differences.size)
     return wider(flips.interval(family_at(look)), admitted)
 
@@ -73,8 +72,8 @@ class MeetingLooks:
         if self._look < len(NUMBERS) and self.missions == NUMBERS[self._look]:
             self._look += 1
             differences = differences_of(self._drives)
-            heaviest = heaviest_of(self._drives)
-            self.bound = bound_at(self._look, differences, heaviest, self._seed)
+            weight = unseen_weight(self._drives)
+            self.bound = bound_at(self._look, differences, weight, self._seed)
 
 
 def differences_of(drives: Sequence[MissionDrive]) -> FloatArray:
@@ -82,16 +81,16 @@ def differences_of(drives: Sequence[MissionDrive]) -> FloatArray:
     return np.array([each.margins[1] - each.margins[0] for each in drives])
 
 
-def expected_bound(missions: int, differences: FloatArray, heaviest: float) -> Interval:
+def expected_bound(missions: int, differences: FloatArray, weight: float) -> Interval:
     """The bound to expect at a look, were its missions like those that are there.
 
     Args:
         missions: of that look, one of :data:`NUMBERS`.
         differences: [USD], shape (n,), n of at least 2.
-        heaviest: as of :func:`bound_at`.
+        weight: as of :func:`bound_at`.
     """
     tests = family_at(NUMBERS.index(missions) + 1)
     z = NORMAL.inv_cdf(1.0 - SIGNIFICANCE / (2.0 * tests))
     mean, spread = float(differences.mean()), float(differences.std(ddof=1))
-    half = max(z * spread / math.sqrt(missions), unseen_loss(heaviest, missions, tests))
+    half = max(z * spread / math.sqrt(missions), unseen_loss(weight, missions, tests))
     return Interval(mean, mean - half, mean + half, missions)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.meetings.mission import MissionDrive
-from harness.meetings.strata import HIT, STRATA
+from harness.meetings.strata import HIT, PRIOR, STRATA
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.statistics.interval import SIGNIFICANCE, Interval, Z, wider
 from harness.statistics.rates import poisson_rate
@@ -47,7 +47,7 @@ class MeetingsResult:
     arms: tuple[ArmResult, ...]
     strata: tuple[StratumResult, ...]
     farthest_off: float  # [m] that an arm was beside the planned way
-    heaviest: float  # deliveries' share of the meeting that stands for most
+    unseen_weight: float  # meetings a delivery that the next hit is to be expected to stand for
 
     @property
     def meetings(self) -> int:
@@ -75,27 +75,38 @@ def result_of(known: Sequence[MissionDrive], seed: int = 0) -> MeetingsResult:
         arms=tuple(_arm_result(known, arm, margins[:, arm], seed) for arm in arms),
         strata=tuple(_stratum_result(known, number) for number in range(len(STRATA))),
         farthest_off=max(arm.farthest_off for each in known for arm in each.arms),
-        heaviest=heaviest_of(known),
+        unseen_weight=unseen_weight(known),
     )
 
 
-def heaviest_of(known: Sequence[MissionDrive]) -> float:
-    """The weight of the meeting that stands for most, of all arms; 0: there was none."""
-    weights = (each.weight for mission in known for arm in mission.arms for each in arm.met)
-    return max(weights, default=0.0)
+def unseen_weight(known: Sequence[MissionDrive]) -> float:
+    """How many meetings a delivery the next hit is to be expected to stand for; 0: none was driven.
+
+    The mean weight of the meetings by all arms, where the prior of their strata expects hits.
+    """
+    weighted = total = 0.0
+    for mission in known:
+        expected = (PRIOR[mission.strata] / HIT) ** 2  # probabilities, but for a factor
+        for arm in mission.arms:
+            weights = np.array([each.weight for each in arm.met])
+            weighted += float(expected @ weights)
+            total += float(expected @ (weights > 0.0))
+    if total == 0.0:
+        return 0.0
+    return weighted / total
 
 
-def unseen_loss(heaviest: float, missions: int, tests: int = 1) -> float:
-    """What hits in the heaviest meeting may cost that nobody has seen [USD a delivery].
+def unseen_loss(weight: float, missions: int, tests: int = 1) -> float:
+    """What hits may cost that nobody has seen [USD a delivery].
 
     Poisson's upper bound of no event, -ln(level / 2), at 95 % adjusted for tests.
 
     Args:
-        heaviest: as of :func:`heaviest_of`.
+        weight: as of :func:`unseen_weight`.
         missions: that were driven.
         tests: for which the level is adjusted.
     """
-    return -math.log(SIGNIFICANCE / (2.0 * tests)) * HIT * heaviest / missions
+    return -math.log(SIGNIFICANCE / (2.0 * tests)) * HIT * weight / missions
 
 
 def _arm_result(
@@ -107,7 +118,7 @@ def _arm_result(
     contacts = [np.array([each.contacts for each in arm.met]) for arm in arms]
     weights = [np.array([each.weight for each in arm.met]) for arm in arms]
     return ArmResult(
-        margin=_margin(margins, unseen_loss(heaviest_of(known), len(known)), seed),
+        margin=_margin(margins, unseen_loss(unseen_weight(known), len(known)), seed),
         margin_alone=float(np.mean([arm.margin for arm in arms])),
         hits=weighted_rate(weights, hits, np.ones(len(arms))),
         contacts=weighted_rate(weights, contacts, thousands),
