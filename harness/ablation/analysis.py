@@ -8,13 +8,13 @@ import numpy as np
 
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.audited import audit_sides
-from harness.analysis.check import DELIVERIES
 from harness.analysis.compare import Side, compare, have_common_missions
 from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, margins, missions
+from harness.meetings.estimators import DELIVERIES
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import bootstrap_quantile
 from harness.statistics.interval import NO_INTERVAL, Interval

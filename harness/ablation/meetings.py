@@ -15,10 +15,10 @@ from harness.ablation.analysis import (
     injected_levels,
 )
 from harness.ablation.document import difference_document, price_document
-from harness.analysis.check import MEETINGS
 from harness.analysis.meetings_check import NOT_SEEN
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
+from harness.meetings.estimators import MEETINGS
 from harness.meetings.results import MeetingsResult, unseen_loss
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval

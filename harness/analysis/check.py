@@ -9,6 +9,7 @@ import numpy as np
 
 from harness.analysis.compare import Side, paired_rows
 from harness.economics.valuation import CENT, margins
+from harness.meetings.estimators import DELIVERIES, ESTIMATORS
 from harness.metrics.columns import Row
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import NO_INTERVAL, Interval, interval_json
@@ -17,7 +18,6 @@ from navstack.ranges import Parameters, one_of
 from navstack.ranges import within as between
 from navstack.types import FloatArray
 
-DELIVERIES, MEETINGS = ESTIMATORS = ("deliveries", "meetings")
 OLD, NEW = SIDES = ("old", "new")  # names of the two stacks in the run folder of a check
 REACH = 100.0  # [USD] of a mission's difference that count; a greater one counts as this much
 ALIKE = 1.0  # [USD] a delivery: a difference that is surely smaller is of no interest

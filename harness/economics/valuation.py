@@ -38,6 +38,8 @@ from harness.world.outcome import OUTCOMES, Outcome
 from navstack.types import FloatArray
 
 MOST_LEFT_OUT = 0.01  # share of deliveries without a result beyond which no margin is told
+# column of deliveries among nobody: what meetings with people cost them on average [USD]
+MEETINGS_LOSS = "meetings_loss_usd"
 CENT = 0.01  # [USD] deliveries whose costs differ by less are alike
 # columns that tell missions apart
 MISSION = ("map", "start_x_m", "start_y_m", "start_yaw_rad", "goal_x_m", "goal_y_m")
@@ -249,7 +251,8 @@ def margins(
 ) -> FloatArray | None:
     """Each delivery's contribution margin [USD], shape (n,).
 
-    None where the cargo of one is not modelled.
+    That of one among nobody is less what meetings cost it. None where the cargo of one is not
+    modelled.
 
     Args:
         rows: of the deliveries.
@@ -264,7 +267,13 @@ def margins(
     margin = running(each, prices, extra).contribution_margin
     if margin is None:
         return None
-    return np.broadcast_to(np.asarray(margin, dtype=np.float64), len(rows))
+    found: FloatArray = np.asarray(margin, dtype=np.float64) - meetings_losses(rows)
+    return found
+
+
+def meetings_losses(rows: Sequence[Row]) -> FloatArray:
+    """What meetings cost deliveries among nobody on average [USD], shape (n,); 0: of others."""
+    return np.array([loss or 0.0 for loss in values(rows, MEETINGS_LOSS)])
 
 
 def missions(rows: Sequence[Row]) -> IntArray:

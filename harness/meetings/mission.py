@@ -26,6 +26,7 @@ class MissionTask:
     arms: tuple[EpisodeTask, ...]  # of one mission
     spreads: tuple[float, ...]  # [USD] of what a meeting costs, by stratum
     per_meeting: float  # [USD] of passings times spread that each stands for
+    planned_by: EpisodeTask | None = None  # along whose way people are met; None: the first arm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,10 +66,10 @@ def drive_mission(task: MissionTask) -> MissionDrive:
         NavstackError: it cannot be set up.
         CopyError: a meeting failed.
     """
-    old = task.arms[0]
-    parts, generator = Parts(old), old.generators()[STREAM]
-    way = way_of(old)
-    start = parts.mission(old.generators()["mission"]).start
+    planned_by = task.planned_by or task.arms[0]
+    parts, generator = Parts(planned_by), planned_by.generators()[STREAM]
+    way = way_of(planned_by)
+    start = parts.mission(planned_by.generators()["mission"]).start
     record = recorded(parts.people(), generator, start)
     pool = pool_of(record, way, parts.rules.arrival_radius)
     spreads, usual = np.array(task.spreads), pool.usual_by_stratum
@@ -76,7 +77,7 @@ def drive_mission(task: MissionTask) -> MissionDrive:
     meetings = drawn(pool, spreads, step, generator)
     arms = tuple(drive_arm(arm, kept_stage(arm), way, record, meetings) for arm in task.arms)
     strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)
-    return MissionDrive(old.episode, usual, strata, step / spreads[strata], arms)
+    return MissionDrive(planned_by.episode, usual, strata, step / spreads[strata], arms)
 
 
 _stage_of = kept(BRAINS_KEPT, is_heavy=True)(stage_of)

@@ -6,8 +6,10 @@ With it a study goes on where it was cut off.
 import re
 from dataclasses import dataclass
 
+from harness.meetings.estimators import DELIVERIES, MEETINGS
 from navstack.errors import InputError
 
+MARGIN_OBJECTIVE = "margin"
 SPACE = "search_space.yaml"  # in the study's params/
 ORIGINAL = "original.nav2.yaml"  # the user's file, comments and all
 MOST_TRIALS = 10_000
@@ -41,6 +43,7 @@ class StudyDeclaration:
     finalists: int = 0  # trials of the final choice, beside the original
     final_episodes: int = 0  # training missions that it alone drives
     is_fitted: bool = False  # whether fewer training missions are driven where the budget is short
+    estimator: str = DELIVERIES  # of the training missions; the test is of whole deliveries
 
     def __post_init__(self) -> None:
         """Check what the types cannot.
@@ -57,6 +60,16 @@ class StudyDeclaration:
         ):
             if not least <= value <= most:
                 raise InputError(f"{option} {value} is out of range; give {least} to {most}")
+        if self.estimator == MEETINGS and self.objective != MARGIN_OBJECTIVE:
+            raise InputError(
+                f"--objective {self.objective}: meetings tell the margin alone; give --objective "
+                f"{MARGIN_OBJECTIVE}, or leave out --estimator meetings"
+            )
+
+    @property
+    def is_by_meetings(self) -> bool:
+        """Whether training missions are driven by meetings with people."""
+        return self.estimator == MEETINGS
 
 
 def sizes(trials: int, episodes: int) -> dict[str, int]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from harness.audit.pairs import EVENTS
+from harness.economics.valuation import MEETINGS_LOSS
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.storage.checksums import CHECKSUMS, OF_ALL, sealed, unsealed
 from harness.storage.files import locked, no_links, require_real_folders, sync_folder, writing
@@ -21,7 +22,7 @@ from navstack.errors import InputError
 from navstack.files import check_regular
 
 REFUSED = "not driven: "  # begins the error of a candidate whose values no file can have
-COLUMNS = {**EPISODE_COLUMNS, MARGIN: "double"}
+COLUMNS = {**EPISODE_COLUMNS, MARGIN: "double", MEETINGS_LOSS: "double"}
 
 Key = tuple[tuple[tuple[str, Value], ...], int]  # of a candidate, and a mission
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from harness.audit.pairs import EVENTS
@@ -15,12 +16,14 @@ from harness.economics.valuation import margins
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.files import nav2_parameters, prices_of
 from harness.execution.workers import Finished, Workers
+from harness.meetings.delivery import deliver
 from harness.metrics.columns import Row
 from harness.storage.texts import clean_text
 from harness.study.drive import record_of
 from harness.task.stack import Stack
 from harness.task.study import EpisodeTask
 from harness.tuning.evaluation import (
+    FIRST_TEST,
     MARGIN,
     SHARED_MARGIN,
     Candidate,
@@ -46,6 +49,7 @@ class StackEvaluator:
         journal: Journal,
         on_episode: OnEpisode,
         files: Path,
+        is_by_meetings: bool = False,
     ) -> None:
         """Drive nothing yet.
 
@@ -56,6 +60,7 @@ class StackEvaluator:
             journal: where they are kept.
             on_episode: hears of each episode that was driven, once it is kept.
             files: folder that all workers see, for the candidates' files.
+            is_by_meetings: whether training missions are driven by meetings with people.
         """
         self._template, self.workers, self._journal, self._on_episode = (
             template,
@@ -66,7 +71,7 @@ class StackEvaluator:
         self._nav2 = nav2_parameters(template.stack.nav2_file, template.allow_unknown)
         self._prices = prices_of(template.prices)
         self._shared: dict[Key, float | None] = {}
-        self._files = files
+        self._files, self._is_by_meetings = files, is_by_meetings
         # [s] of the monotonic clock at which driving ends
         self.until = math.inf
 
@@ -91,8 +96,10 @@ class StackEvaluator:
             for candidate in different
             if self._journal.get(candidate, mission) is None
         ]
-        if missing:
-            self._drive(missing)
+        for is_test in (False, True):
+            those = [each for each in missing if (each[0] >= FIRST_TEST) == is_test]
+            if those:
+                self._drive(those, self._is_by_meetings and not is_test)
 
     def _row(self, candidate: Candidate, mission: int) -> Row:
         """A row that the journal has, with what is worked out from it: once."""
@@ -103,7 +110,10 @@ class StackEvaluator:
             self._shared[key] = margin_of(row, self._prices, SHARED_FAULT)
         return {**row, SHARED_MARGIN: self._shared[key]}
 
-    def _drive(self, missing: Sequence[tuple[int, Candidate]]) -> None:
+    def _drive(self, missing: Sequence[tuple[int, Candidate]], is_by_meetings: bool) -> None:
+        work: Callable[[EpisodeTask], Delivery] = run_episode
+        if is_by_meetings:
+            work = partial(deliver, original=self._template.stack)
         stacks: dict[str, Stack] = {}
         asked: dict[tuple[str, int, int], tuple[int, Candidate]] = {}
         for mission, candidate in missing:
@@ -116,7 +126,7 @@ class StackEvaluator:
             for name, seed, episode in asked
         )
         left = len(asked)
-        with contextlib.closing(self.workers.run(run_episode, tasks, self.until)) as runs:
+        with contextlib.closing(self.workers.run(work, tasks, self.until)) as runs:
             for finished in runs:
                 task = finished.task
                 mission, candidate = asked[task.stack.name, task.seed, task.episode]

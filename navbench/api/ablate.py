@@ -11,8 +11,8 @@ from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
 from harness.ablation.arms import arms_of, parameter_sources, with_arms
 from harness.ablation.document import ablation_document
 from harness.ablation.meetings import MeetingsArms
-from harness.analysis.check import DELIVERIES, MEETINGS
 from harness.episode.files import prices_of
+from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
 from harness.report.ablation import draw_ablation
 from harness.report.page.ablation import write_ablation

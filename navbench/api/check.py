@@ -11,7 +11,6 @@ from typing import Any, Protocol
 
 from harness.analysis.check import (
     ALIKE,
-    MEETINGS,
     SIDES,
     CheckDeclaration,
     Checked,
@@ -25,6 +24,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
+from harness.meetings.estimators import MEETINGS
 from harness.metrics.columns import Row
 from harness.report.short.check import MARKDOWN, check_markdown
 from harness.statistics.interval import Interval

@@ -4,11 +4,16 @@ import dataclasses
 import inspect
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from harness.episode.files import nav2_parameters, prices_of
+from harness.execution.executors import ParentProcess
+from harness.execution.workers import Workers
+from harness.meetings.allowed import require_meetings
+from harness.meetings.estimators import DELIVERIES
 from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
@@ -20,7 +25,7 @@ from harness.task.own_body import is_own
 from harness.task.stack import Stack
 from harness.task.study import Study, is_recording, make_study
 from harness.tuning.budget import LEAST_STUDY, Budget, enough_for
-from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration, sizes
+from harness.tuning.declaration import MARGIN_OBJECTIVE, ORIGINAL, SPACE, StudyDeclaration, sizes
 from harness.tuning.journal import Journal
 from harness.tuning.notes import notes_after_search, notes_before
 from harness.tuning.objective import parse_objectives
@@ -41,6 +46,7 @@ from harness.tuning.study import (
 )
 from harness.tuning.training import USUAL_MISSIONS
 from navbench.api.driving import say_notes
+from navbench.api.meetings.driving import require_local
 from navbench.api.progress import say, shown
 from navbench.api.tuned import Tuned, written
 from navstack.errors import InputError
@@ -58,7 +64,8 @@ def tune(
     stack: str = DEFAULT_STACK,
     spaces: Sequence[str] = ("dwb_critics",),
     *,
-    objective: str = "margin",
+    objective: str = MARGIN_OBJECTIVE,
+    estimator: str = DELIVERIES,
     sampler: str = "tpe",
     trials: int = 100,
     budget: float | None = None,
@@ -80,6 +87,8 @@ def tune(
         spaces: what may change: names of params/search_spaces or YAML files.
         objective: margin, capped_margin, shared_margin, cvar, lower_bound, margin@sla>=SHARE, or a
             metric such as -duration_s; several, separated by commas, for a Pareto front.
+        estimator: how training missions are driven: deliveries, or meetings with people, which
+            tell the margin with less driving. The test is of whole deliveries.
         sampler: tpe, cmaes, random or grid.
         trials: files to try, beside the original.
         budget: [s] of wall time for everything; None: as long as it takes.
@@ -127,6 +136,7 @@ def tune(
         finalists=finalists,
         budget=budget,
         is_fitted=is_fitted,
+        estimator=estimator,
         sensors="",
         robot="",
         options=_run_options({"map": map, **options}),
@@ -139,6 +149,9 @@ def tune(
         workers=where.workers,
         **options,
     )
+    if declaration.is_by_meetings:
+        require_local(where)
+        require_meetings(study)
     path, notes = _created(declaration, study, content, space_files, out)
     found = _drive(path, where, budget)
     return found and dataclasses.replace(found, notes=(*notes, *notes_before(declaration, options)))
@@ -225,8 +238,8 @@ def _drive(
     base = load_study(path, where.workers)
     study = load_tuning(path, base, seconds, more)
     say_notes(version_notes(path))
-    searched, runs = study.declaration.episodes, {path: base}
-    with Journal(path, searched) as journal, open_workers(where, base.workers, path, runs) as pool:
+    searched = study.declaration.episodes
+    with Journal(path, searched) as journal, _open_workers(path, where, study, base) as pool:
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
@@ -239,7 +252,14 @@ def _drive(
             say(f"going on after {len(journal)} deliveries")
         shared = None if where.is_local else path
         with TemporaryDirectory(prefix="navbench-tune-", dir=shared) as files:
-            evaluator = StackEvaluator(study.template, pool, journal, progress.episode, Path(files))
+            evaluator = StackEvaluator(
+                study.template,
+                pool,
+                journal,
+                progress.episode,
+                Path(files),
+                study.declaration.is_by_meetings,
+            )
             budget = Budget(limit, journal)
             try:
                 with shown(progress):
@@ -251,6 +271,16 @@ def _drive(
                 kept = f"{len(journal)} finished deliveries are kept in {path}"
                 say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
                 return None
+
+
+def _open_workers(
+    path: Path, where: Where, study: TuningStudy, base: Study
+) -> AbstractContextManager[Workers]:
+    """Workers for deliveries, or for meetings, which copies of them drive."""
+    if not study.declaration.is_by_meetings:
+        return open_workers(where, base.workers, path, {path: base})
+    require_local(where)
+    return Workers(base.workers, ParentProcess, where.time_limit)
 
 
 def _fitted(

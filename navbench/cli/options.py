@@ -8,6 +8,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from harness.meetings.estimators import DELIVERIES, ESTIMATORS
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.places import EXECUTORS, Where
 from navbench.cli.values import Finite, Numbers, Pose, names_of, settings_of
@@ -34,8 +35,8 @@ def path_option(name: str, shown: str, about: str, required: bool = False) -> Ca
 
 ESTIMATOR = click.option(
     "--estimator",
-    type=click.Choice(["deliveries", "meetings"]),
-    default="deliveries",
+    type=click.Choice(ESTIMATORS),
+    default=DELIVERIES,
     show_default=True,
     help="deliveries: whole ones; meetings: less of them, and meetings with people.",
 )

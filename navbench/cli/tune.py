@@ -9,6 +9,7 @@ import click
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import INTERRUPTED, SOME_ERRORS
 from navbench.cli.options import (
+    ESTIMATOR,
     FULL,
     LOCALIZER,
     completed,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 DEFAULT_STACK = "nav2-stock"
 MOST_LINT = 4  # findings that are printed
 SHOWN = (  # in the help
-    *("stack", "localizer", "spaces", "objective", "trials", "budget", "episodes"),
+    *("stack", "localizer", "spaces", "objective", "estimator", "trials", "budget", "episodes"),
     *("test_episodes", "map", "world", "out", "resume", "is_full"),
 )
 
@@ -56,6 +57,7 @@ SHOWN = (  # in the help
     "metric such as "
     "-duration_s; several, separated by commas, for a Pareto front.",
 )
+@ESTIMATOR
 @click.option("--sampler", default="tpe", show_default=True, help="tpe, cmaes, random or grid.")
 @click.option(
     "--trials", type=int, default=100, show_default=True, help="Files to try, beside the original."
@@ -140,6 +142,7 @@ def tune(
       navbench tune --stack my_nav2.yaml --localizer gps-ekf --space dwb_critics --trials 100
       navbench tune --space dwb_critics --world social_force --objective shared_margin --budget 2h
       navbench tune --stack nav2-stock --space dwb_sampling --objective cvar --budget 30m
+      navbench tune --stack nav2-gps --space inflation --estimator meetings --budget 1h
       navbench tune --stack mpc-gps-ekf --space mpc_weights --objective "margin@sla>=0.9"
       navbench tune --stack nav2-gps --space inflation --objective margin,-pedestrian_delay_s
       navbench tune --resume results/latest --test-episodes 800

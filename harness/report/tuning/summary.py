@@ -8,7 +8,7 @@ from harness.audit.auditor import Audit
 from harness.economics.cost_model import running
 from harness.economics.cost_terms import COST_LABELS, MARGIN
 from harness.economics.prices import Prices
-from harness.economics.valuation import CENT, deliveries
+from harness.economics.valuation import CENT, deliveries, meetings_losses
 from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
 from harness.report.numbers import interval_text
@@ -50,12 +50,14 @@ def starting_point(rows: Sequence[Row], prices: Prices) -> str:
     costs = running(each, prices)
     if costs.contribution_margin is None:
         return "your file's margin is undefined, because the cargo was not simulated"
-    earned = float(np.mean(costs.contribution_margin))
+    met = float(np.mean(meetings_losses(rows)))
+    earned = float(np.mean(costs.contribution_margin)) - met
     left = prices.delivery_fee.value - earned
     text = f"your file earns {earned:.2f} USD a delivery on {len(rows)} training missions"
     if left < CENT:
         return f"{text}, the whole fee: nothing can be gained on them"
     means = {label: float(np.mean(costs.amounts[key])) for key, label in COST_LABELS.items()}
+    means["people met"] = met
     lost = sorted(means.items(), key=lambda one: -one[1])
     told = ", ".join(f"{label} {mean:.2f}" for label, mean in lost if mean >= CENT)
     missed = prices.delivery_fee.value - float(np.mean(costs.amounts["revenue"]))

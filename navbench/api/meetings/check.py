@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from harness.analysis.check import ALIKE, MEETINGS, SIDES, CheckDeclaration, verdict_of
+from harness.analysis.check import ALIKE, SIDES, CheckDeclaration, verdict_of
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings.allowed import INSTEAD, require_meetings
+from harness.meetings.estimators import MEETINGS
 from harness.meetings.kept import kept_missions
 from harness.meetings.looks import MeetingLooks
 from harness.meetings.mission import MissionDrive

@@ -1,0 +1,3 @@
+"""From what a margin is estimated."""
+
+DELIVERIES, MEETINGS = ESTIMATORS = ("deliveries", "meetings")

@@ -1,0 +1,131 @@
+"""``navbench ablate --estimator meetings`` and ``compare`` on its folder."""
+
+import contextlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from harness.ablation.meetings import MeetingsArms
+from harness.meetings import crowd, estimate
+from harness.meetings.kept import FILE
+from harness.report.short.meetings_arms import next_command, short_arms
+from harness.study.places import Where
+from navbench.api.ablate import ablate, resume_ablation
+from tests.rules import short_rules
+
+Driven = Callable[[], contextlib.AbstractContextManager[None]]
+
+
+@pytest.fixture(scope="module")
+def found(
+    driven_in_process: Driven, tmp_path_factory: pytest.TempPathFactory, hall: Path
+) -> MeetingsArms:
+    """Three arms, two missions and then one more."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "short.yaml").write_text(short_rules(2.0))
+    with pytest.MonkeyPatch.context() as patch, driven_in_process():
+        patch.setattr(crowd, "LONG", 130.0)
+        patch.setattr(estimate, "NUMBER", 1)
+        first = ablate(
+            "nav2-stock",
+            localizers=("ground_truth", "gps"),
+            errors=("position=0.5",),
+            estimator="meetings",
+            out=folder / "run",
+            rules=str(folder / "short.yaml"),
+            map=str(hall),
+            episodes=2,
+            where=Where(workers=1),
+        )
+        assert isinstance(first, MeetingsArms) and first.missions == 2
+        more = resume_ablation(folder / "run", where=Where(workers=1), episodes=3)
+    assert isinstance(more, MeetingsArms)
+    return more
+
+
+def test_every_arm_has_driven_every_mission(found: MeetingsArms) -> None:
+    document = found.as_json()
+    assert (document["missions"], document["episodes"], document["errors"]) == (3, 3, 0)
+    assert [arm["arm"] for arm in document["arms"]] == ["ground_truth", "gps", "position=0.5"]
+    assert [each["arm"] for each in document["differences"]] == ["gps", "position=0.5"]
+    assert document["price_of_error"]["position"]["levels_m"] == [0.0, 0.5]
+    assert document["arms"][0]["contribution_margin_usd"]["n"] == 3
+    assert found.result is not None and found.result.margins.shape == (3, 3)
+
+
+def test_the_screen_answers_first_and_names_the_method(found: MeetingsArms) -> None:
+    lines = [block.text for block in short_arms(found)]
+    assert lines[0].startswith("nav2-stock, 3 missions by each of 3; world paper_loose_bucket")
+    assert "ground_truth" in lines[1]
+    assert any(line.startswith("price of position error") for line in lines)
+    assert any(line.startswith("estimator meetings: ") for line in lines)
+    assert next_command(found).startswith(f"navbench ablate --resume {found.folder} --episodes ")
+
+
+def test_two_arms_are_compared_by_their_meetings(navbench, found: MeetingsArms) -> None:
+    first, second = f"{found.folder}:ground_truth", f"{found.folder}:gps"
+    status, text, _ = navbench("compare", first, second, "--json")
+    document = json.loads(text)
+    assert status == 0 and document["against"] == "ground_truth"
+    (difference,) = document["differences"]
+    (whole,) = (each for each in found.as_json()["differences"] if each["arm"] == "gps")
+    assert difference["value"] == whole["value"]
+    status, text, _ = navbench("compare", first, second)
+    assert status == 0 and text.splitlines()[-1].startswith("next: navbench ablate --resume ")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "told"),
+    [
+        ("{run}:gps", "{run}:nobody", "no stack 'nobody'"),
+        ("{run}", "{run}", "has several stacks"),
+        ("{run}:gps", "{run}:gps", "given twice"),
+        ("{run}:gps", "elsewhere:gps", "within one folder only"),
+    ],
+)
+def test_what_cannot_be_compared_is_one_line(
+    navbench, found: MeetingsArms, first: str, second: str, told: str
+) -> None:
+    words = (each.format(run=found.folder) for each in (first, second))
+    status, out, err = navbench("compare", *words)
+    assert (status, out) == (1, "") and told in err
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (("--only", "1"), "leave out --only"),
+        (("--record", "full"), "leave out --record"),
+        (("--world", "social_force"), "react to the robot"),
+        (("--pedestrians", "0"), "nobody to meet"),
+    ],
+)
+def test_where_it_cannot_be_no_folder_is_made(
+    navbench, tmp_path: Path, more: tuple[str, ...], told: str
+) -> None:
+    out = tmp_path / "run"
+    words = ("--localizers", "gps,ground_truth", "--estimator", "meetings", "--out", out)
+    status, text, err = navbench("ablate", *words, *more)
+    assert (status, text) == (1, "") and told in err
+    assert not out.exists()
+
+
+def test_a_line_that_was_cut_off_is_driven_again(
+    navbench, found: MeetingsArms, short_missions: None
+) -> None:
+    missions = found.folder / FILE
+    whole = missions.read_bytes()
+    missions.write_bytes(whole[:-9])
+    status, _, said = navbench("ablate", "--resume", found.folder, "--workers", "1")
+    assert status == 0 and "going on after 2 of 3 missions" in said
+    assert missions.read_bytes() == whole
+
+
+@pytest.fixture
+def short_missions(monkeypatch: pytest.MonkeyPatch, driven_in_process: Driven):
+    monkeypatch.setattr(crowd, "LONG", 130.0)
+    monkeypatch.setattr(estimate, "NUMBER", 1)
+    with driven_in_process():
+        yield
