@@ -52,7 +52,10 @@ def is_interrupted(
     try:
         _drive(study, kept, where, bar, is_enough, until)
     except KeyboardInterrupt:
-        say(f"interrupted after {kept.number} missions, which are kept in {kept.file.parent}")
+        left = "none was finished"
+        if kept.number:
+            left = f"the finished ones are kept in {kept.file.parent}"
+        say(f"interrupted after {kept.number} missions; {left}")
         return True
     return False
 
