@@ -13,7 +13,7 @@ from harness.fleet.robots import BUSY, TROUBLED, FleetRobot
 from harness.fleet.settings import FleetSettings, of_size
 from harness.fleet.simulation import End, FleetDay
 from harness.statistics.bootstrap import bootstrap_mean, percentile_interval
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, wider
 from navstack.errors import InputError
 from navstack.types import FloatArray
 
@@ -227,7 +227,7 @@ class Fleet:
         never = 1.0 - len(known) / max(len(found), 1)
         if value is None or never > TAILS[0] or len(known) < 2:
             return Interval(value, None, None, len(own)), never
-        return percentile_interval(value, np.array(known), len(own)), never
+        return _holding(value, np.array(known), len(own)), never
 
     def curve(
         self, library: Library, sizes: Sequence[tuple[int, int]], days: int = CURVE_DAYS
@@ -302,7 +302,16 @@ def _of(own: FloatArray, means: Sequence[float | None]) -> Estimate:
     low, high = np.nanquantile(own, TAILS)
     if known.size < 2:
         return Estimate(Interval(value, None, None, len(own)), float(low), float(high))
-    return Estimate(percentile_interval(value, known, len(own)), float(low), float(high))
+    return Estimate(_holding(value, known, len(own)), float(low), float(high))
+
+
+def _holding(value: float, resampled: FloatArray, days: int) -> Interval:
+    """A mean over days between percentiles of resampled libraries' means.
+
+    Few days may lie beside what so many others come to: then the interval reaches as far.
+    """
+    found = percentile_interval(value, resampled, days)
+    return wider(found, Interval(value, value, value, days))
 
 
 def _values(metric: DayMetric, days: Sequence[Day]) -> FloatArray:

@@ -66,6 +66,15 @@ def test_intervals_hold_what_legs_leave_open():
     assert width(10) > 2.0 * width(1000)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_an_interval_holds_its_mean_however_few_the_days(seed):
+    study = fleet_of(seed=seed).study(make_library(mixed(12, seed)), 1, 4)
+    for key, estimate in study.estimates.items():
+        mean = estimate.mean
+        if mean.value is not None and mean.low is not None:
+            assert mean.low <= mean.value <= mean.high, key
+
+
 def test_missions_are_resampled_whole():
     legs = make_legs(6, seconds=np.arange(6.0) + 1.0, clusters=np.array([0, 1, 2, 0, 1, 2]))
     again = legs.resampled(np.random.default_rng(1))
