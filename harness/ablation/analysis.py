@@ -44,7 +44,7 @@ class AblationDeclaration:
     stack: str  # of which all arms are made
     against: str  # arm to which the others are compared
     sources: tuple[str, ...] = ()  # where the localizers' parameters are from, in sentences
-    estimator: str = DELIVERIES  # of harness.analysis.check.ESTIMATORS
+    estimator: str = DELIVERIES  # of harness.meetings.estimators
 
     def check(self, arms: Sequence[Stack]) -> None:
         """Check that there is such an arm.
