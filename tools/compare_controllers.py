@@ -21,7 +21,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from harness.analysis.compare import Comparison, Side, compare
+from harness.analysis.compare import Comparison, compare
+from harness.analysis.side import Side
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.statistics.interval import wilson_interval

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from harness.analysis.apart import Apart, apart
 from harness.analysis.rare import difference_with_unseen
+from harness.analysis.side import Side
 from harness.analysis.unlike import unlike
 from harness.audit.auditor import Audit
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.cost_model import running
 from harness.economics.cost_terms import DOLLARS, MARGIN
-from harness.economics.rates import event_rates
 from harness.economics.valuation import (
     CENT,
     MISSION,
@@ -35,7 +36,7 @@ from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.storage.rows import take, values
-from harness.study.stored_run import StoredRun, StoredStack
+from harness.study.stored_run import StoredRun
 from harness.world.outcome import OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
@@ -46,24 +47,6 @@ FAMILY = (MARGIN,)  # what decides, unless metrics are named; their p values are
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
 # metric -> accounting
 ACCOUNTED = {f"contribution_margin_{name}": name for name in ACCOUNTINGS if name != PUBLISHED}
-
-
-@dataclass(frozen=True, slots=True)
-class Side:
-    """One of the two that are compared."""
-
-    run: StoredRun
-    stack: StoredStack
-
-    @property
-    def label(self) -> str:
-        """How it is called in a report."""
-        return f"{self.run.folder.name}:{self.stack.name}"
-
-    @property
-    def rates(self) -> dict[str, Interval]:
-        """Events per distance and time, over all of its finished deliveries."""
-        return event_rates(self.stack.rows, self.run.prices())
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +94,13 @@ class Comparison:
     unseen: Interval | None
     dollar: OfADollar | None  # None: the margin is not compared, or differs alike on every mission
     audit: Audit | None = None  # of the second against the first; None: not asked for
+
+    @property
+    def apart(self) -> Apart | None:
+        """The margins of all deliveries, paired or not; None: the margin is not compared."""
+        if MARGIN not in self.differences:
+            return None
+        return apart(self.first, self.second)
 
     @property
     def family(self) -> list[str]:
@@ -188,10 +178,9 @@ def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADoll
     if margin.detectable is None:
         return None
     pairs = max(margin.fewest, math.ceil(margin.difference.n * margin.detectable**2))
-    each = [side.run.seconds_a_delivery(side.stack.name) for side in (first, second)]
-    known = [seconds for seconds in each if seconds is not None]
+    known = [side.seconds for side in (first, second) if side.seconds is not None]
     total = None
-    if len(known) == len(each):
+    if len(known) == 2:
         total = pairs * sum(known)
     return OfADollar(pairs, total)
 
@@ -230,8 +219,20 @@ def comparison_document(comparison: Comparison) -> Row:
         },
         "of_a_dollar": None if comparison.dollar is None else dataclasses.asdict(comparison.dollar),
         "margin_with_unseen": interval_json(comparison.unseen),
+        "margin_of_all": _apart_document(comparison.apart),
         "audit": None if comparison.audit is None else comparison.audit.as_json(),
         "warnings": comparison.warnings,
+    }
+
+
+def _apart_document(found: Apart | None) -> Row | None:
+    if found is None:
+        return None
+    return {
+        **found.difference.as_json(),
+        "deliveries": list(found.deliveries),
+        "of_a_dollar": None if found.of_a_dollar is None else list(found.of_a_dollar),
+        "seconds": found.seconds,
     }
 
 

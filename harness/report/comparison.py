@@ -1,5 +1,6 @@
 """What ``navbench compare`` found."""
 
+from harness.analysis.apart import Apart
 from harness.analysis.compare import Compared, Comparison, OfADollar
 from harness.economics.rates import RATE_TITLES
 from harness.metrics.metric import Better
@@ -15,6 +16,8 @@ from harness.report.numbers import (
 )
 from harness.report.texts import notes
 from harness.report.verdict import undecided
+
+WORTH_SAYING = 1.5  # times as long by pairs
 
 
 def comparison_blocks(comparison: Comparison) -> list[Block]:
@@ -81,17 +84,51 @@ def _open(comparison: Comparison) -> list[str]:
     ]
 
 
-def _dollar(dollar: OfADollar) -> str:
+def _dollar(dollar: OfADollar, apart: Apart | None) -> str:
     """How long one has to drive to resolve a difference of one dollar."""
     text = f"contribution_margin: a difference of 1 USD a delivery takes {dollar.pairs:,d} missions"
     if dollar.seconds is not None:
         minutes = f"{dollar.seconds / 60.0:,.0f} min"
         text += f", {minutes} of one worker where deliveries last as long as these"
+    if apart is not None:
+        text += unequal(apart)
     return f"{text} (power 0.8)."
 
 
+def unequal(apart: Apart) -> str:
+    """How long it takes with other numbers of deliveries of each."""
+    if apart.of_a_dollar is None or apart.seconds is None:
+        return ""
+    first, second = apart.of_a_dollar
+    minutes = f"{apart.seconds / 60.0:,.0f} min"
+    return f"; {first:,d} deliveries of A and {second:,d} of B, unpaired, take {minutes}"
+
+
+def of_all(apart: Apart) -> str:
+    """What all deliveries say of the margin, where not all have a partner."""
+    first, second = apart.deliveries
+    difference, more = apart.difference, "more"
+    if difference.value is not None and difference.value < 0.0:
+        difference, more = difference.negated, "less"
+    return (
+        f"all {first:,d} deliveries of A and {second:,d} of B: B earned "
+        f"{interval_text(difference, 2)} USD a delivery {more}"
+    )
+
+
+def sooner(comparison: Comparison) -> str:
+    """The numbers of deliveries that tell a dollar much sooner than pairs do; empty: none do."""
+    apart, dollar = comparison.apart, comparison.dollar
+    if apart is None or apart.seconds is None or dollar is None or dollar.seconds is None:
+        return ""
+    if dollar.seconds < WORTH_SAYING * apart.seconds:
+        return ""
+    pairs = f"{dollar.pairs:,d} pairs take {dollar.seconds / 60.0:,.0f} min of one worker"
+    return f"to tell 1 USD a delivery {pairs}{unequal(apart)}"
+
+
 def _notes(comparison: Comparison) -> list[str]:
-    left = comparison.left_out
+    left, apart = comparison.left_out, comparison.apart
     alike = [key for key, entry in comparison.differences.items() if not entry.differs]
     lines = notes("comparison", family=" and ".join(comparison.family))
     lines += _open(comparison)
@@ -101,11 +138,13 @@ def _notes(comparison: Comparison) -> list[str]:
             f"contribution_margin, if an unseen loss is admitted: {unseen} USD a delivery."
         )
     if comparison.dollar is not None:
-        lines.append(_dollar(comparison.dollar))
+        lines.append(_dollar(comparison.dollar, apart))
     if alike:
         lines.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):
         lines.append(
             f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B."
         )
+        if apart is not None:
+            lines.append(f"{of_all(apart)}.")
     return lines

@@ -6,7 +6,7 @@ Both tables with the paper's column beside, and where the run is.
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from harness.analysis.compare import Side
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import has_too_few

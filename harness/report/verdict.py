@@ -4,12 +4,13 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from harness.analysis.compare import Comparison, Side, compare, have_common_missions
+from harness.analysis.compare import Comparison, compare, have_common_missions
 from harness.analysis.rare import (
     deliveries_that_prove,
     margin_with_unseen,
     missions_that_exclude,
 )
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.report.numbers import interval_text, number_text, p_text

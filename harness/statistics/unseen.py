@@ -66,18 +66,24 @@ def admit_unseen(
         places = rng.random(block)
         total, seen = weights @ sizes + unseen, weights @ sums
         low.append(
-            (seen + unseen * (reference - _sizes(reference - values, below, places))) / total
+            (seen + unseen * (reference - unseen_sizes(reference - values, below, places))) / total
         )
         farther = np.zeros(block)
         if above:
-            farther = _sizes(values - reference, above, places)
+            farther = unseen_sizes(values - reference, above, places)
         high.append((seen + unseen * (reference + farther)) / total)
     bounds = np.quantile(np.concatenate(low), TAIL), np.quantile(np.concatenate(high), 1.0 - TAIL)
     return Interval(float(values.mean()), float(bounds[0]), float(bounds[1]), values.size)
 
 
-def _sizes(distances: FloatArray, reach: Reach, places: FloatArray) -> FloatArray:
-    """How far off the unseen value is (b,), at places (b,) between seen and possible."""
+def unseen_sizes(distances: FloatArray, reach: Reach, places: FloatArray) -> FloatArray:
+    """How far off the unseen value is (b,), at places (b,) between seen and possible.
+
+    Args:
+        distances: of the values seen, shape (n,).
+        reach: of one that has not been seen.
+        places: in 0..1, in the logarithm.
+    """
     seen = max(float(distances.max()), reach.least)
     sizes: FloatArray = seen * (max(reach.most, seen) / seen) ** places
     return sizes

@@ -18,8 +18,9 @@ from harness.analysis.check import (
     check_document,
     evaluate,
 )
-from harness.analysis.compare import Side, compare, side_of
+from harness.analysis.compare import compare, side_of
 from harness.analysis.meetings_check import MeetingsChecked
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins

@@ -73,6 +73,24 @@ def test_a_dollar_takes_as_many_pairs_as_a_test_needs_for_it(write_run):
     assert compared(a, a)["of_a_dollar"] is None
 
 
+def test_deliveries_without_a_partner_count_for_the_margin_of_all(write_run, navbench):
+    a, b = write_run("a", change=slower), write_run("b", episodes=15, change=faster)
+    result = compared(a, b)
+    assert (result["pairs"], result["a"]["left_out"]) == (15, 25)
+    of_all = result["margin_of_all"]
+    runs = [load_run(str(run)) for run in (a, b)]
+    means = [margins(run.stacks[0].rows, run.prices()).mean() for run in runs]
+    assert of_all["value"] == pytest.approx(means[1] - means[0])
+    assert of_all["low"] < of_all["value"] < of_all["high"]
+    assert of_all["deliveries"] == [40, 15]
+    assert of_all["seconds"] == sum(of_all["of_a_dollar"]), "each lasts a second"
+    assert compared(a, b, "sla")["margin_of_all"] is None
+    status, text, _ = navbench("compare", a, b)
+    more = "more" if of_all["value"] > 0.0 else "less"
+    line = next(line for line in text.splitlines() if line.startswith("all 40 deliveries of A"))
+    assert status == 0 and line.endswith(f"USD a delivery {more}")
+
+
 def test_a_run_against_itself_differs_in_nothing(write_run):
     run = write_run("a")
     result = compared(run, run)

@@ -11,9 +11,10 @@ import pytest
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from harness.analysis.compare import Side, compare
+from harness.analysis.compare import compare
 from harness.analysis.price_sets import NO_INTERVAL, Money, money_of, order, under_curves
 from harness.analysis.repricing import FORGIVEN, accounted_margins, choose, reprice
+from harness.analysis.side import Side
 from harness.economics.accountings import ACCOUNTINGS, PUBLISHED
 from harness.economics.contact_limits import beyond_limit
 from harness.economics.cost_terms import MARGIN

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from harness.ablation.analysis import ArmDifference
-from harness.analysis.compare import Side, compare, side_of
+from harness.analysis.compare import compare, side_of
 from harness.analysis.rare import difference_with_unseen, reach_of
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.unseen import margin_admitting_unseen
 from harness.report.ablation import sentence

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.analysis.compare import Side
+from harness.analysis.side import Side
 from harness.economics.break_even import profit_draws
 from harness.economics.cost_model import RunningCosts, running
 from harness.economics.prices import Prices

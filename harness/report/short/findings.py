@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.ablation.analysis import Ablation
-from harness.analysis.compare import Comparison, Side
+from harness.analysis.compare import Comparison
 from harness.analysis.rare import reach_of
 from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
+from harness.analysis.side import Side
 from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
@@ -24,6 +25,7 @@ from harness.report.ablation import (
 )
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
+from harness.report.comparison import of_all, sooner
 from harness.report.numbers import count_text, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
 from harness.report.repriced import SHOWN
@@ -75,6 +77,9 @@ def short_comparison(comparison: Comparison) -> list[Block]:
     left = comparison.left_out
     if any(left):
         lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
+        if (apart := comparison.apart) is not None:
+            lines.append(of_all(apart))
+    lines.append(sooner(comparison))
     return lines_of(lines)
 
 

@@ -3,8 +3,8 @@
 import dataclasses
 from collections.abc import Sequence
 
-from harness.analysis.compare import Side
 from harness.analysis.rare import margin_with_unseen
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.rates import MARGIN_PER_KM, RATE_TITLES
 from harness.economics.valuation import has_too_few, value

@@ -11,8 +11,9 @@ from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 
-from harness.analysis.compare import Comparison, Side, compare, have_common_missions
+from harness.analysis.compare import Comparison, compare, have_common_missions
 from harness.analysis.repricing import accounted_margins
+from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT, Valuation, margins, valuation_document, value
 from harness.metrics.columns import Row

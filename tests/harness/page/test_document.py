@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.analysis.compare import Side, compare
+from harness.analysis.compare import compare
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import choose, reprice
+from harness.analysis.side import Side
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
