@@ -5,6 +5,7 @@ import shlex
 import click
 
 from harness.analysis.compare import comparison_document
+from harness.economics.cost_terms import MARGIN
 from harness.report.comparison import comparison_blocks
 from harness.report.short.findings import short_comparison
 from harness.report.short.meetings_arms import next_command, short_arms
@@ -15,6 +16,7 @@ from navbench.api.progress import say
 from navbench.api.runs import load
 from navbench.cli.options import FULL, JSON
 from navbench.cli.streams import print_json
+from navstack.errors import InputError
 
 
 @click.command()
@@ -46,6 +48,8 @@ def compare(
       navbench compare results/before results/after --metric sla --metric margin --json
     """
     if is_by_meetings(first) or is_by_meetings(second):
+        if set(metrics) - {"margin", MARGIN}:
+            raise InputError("meetings tell the margin alone; leave out --metric")
         _compare_by_meetings(first, second, as_json)
         return
     comparison = money.compare(load(first), load(second), metrics)
