@@ -113,12 +113,6 @@ NOT_EXECUTED = {
         "minutes to hours of processor time; its --help is executed",
         "tests/docs/test_commands.py::test_the_program_knows_every_option",
     ),
-    r"navbench tune --stack "
-    r"(nav2-stock .* (dwb_sampling|local_layers)|(mpc|evasive|nav2)-gps-ekf|nav2-gps) .*": Reason(
-        "the like is executed on the same page",
-        "tests/harness/tuning/test_study.py::"
-        "test_a_killed_study_goes_on_with_two_workers_to_what_one_makes",
-    ),
     r"navbench (tune --stack my_robot_nav2.yaml .*|"
     r"ablate --(sensors \w+|inject \S+) --episodes 200)": Reason(
         "the like is executed on a page of its own",

@@ -58,6 +58,7 @@ def test_every_arm_has_driven_every_mission(found: MeetingsArms) -> None:
 def test_the_screen_answers_first_and_names_the_method(found: MeetingsArms) -> None:
     lines = [block.text for block in short_arms(found)]
     assert lines[0].startswith("nav2-stock, 3 missions by each of 3; world paper_loose_bucket")
+    assert "sensors rtk_good" in lines[0]
     assert "ground_truth" in lines[1]
     assert any(line.startswith("price of position error") for line in lines)
     assert any(line.startswith("estimator meetings: ") for line in lines)

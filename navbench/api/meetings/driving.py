@@ -84,8 +84,10 @@ def _drive(
 
 
 def place_of(study: Study) -> str:
-    """World, map and people of a study, in words."""
+    """World, map, people and the first stack's sensors of a study, in words."""
     task = study.template
     people = Parts(task).params.people
     world, place = nearest("worlds", Path(task.world)).name, Path(task.map_name).stem
-    return f"world {world}, map {place}, {people.count} people, seed {task.seed}"
+    sensors = nearest("sensors", Path(task.stack.sensors))
+    where = f"world {world}, map {place}, {people.count} people, sensors {sensors}"
+    return f"{where}; seed {task.seed}"
