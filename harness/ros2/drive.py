@@ -3,8 +3,10 @@
 import contextlib
 import dataclasses
 import math
+import signal
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -162,11 +164,19 @@ class DriveNode:
     def spin(self, deadline: float = math.inf) -> None:
         """Drive until ``deadline`` [s] of the monotonic clock, or until it is interrupted.
 
-        However it ends, the last command is to stop.
+        However it ends, the last command is to stop. A signal ends it between two ticks: raised
+        within a callback, an interrupt could be lost there.
+
+        Raises:
+            KeyboardInterrupt: it was told to stop.
         """
+        told: list[int] = []
         try:
-            while time.monotonic() < deadline:
-                self._spin_once()
+            with _heard(told):
+                while time.monotonic() < deadline and not told:
+                    self._spin_once()
+            if told:
+                raise KeyboardInterrupt
         finally:
             self._stop(f"leaving; {self.refused} messages could not be used")
             self._commands.wait_for_all_acked(ACKNOWLEDGED)
@@ -335,3 +345,20 @@ class DriveNode:
 
     def _take_scan(self, message: ScanMessage) -> None:
         self._take("scan", received.laser_scan(message, received.stamp_of(message), self._laser))
+
+
+@contextlib.contextmanager
+def _heard(told: list[int]) -> Iterator[None]:
+    """Within it signals to stop are noted; in another than the main thread there are none."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    wanted = [each for each in known if signal.getsignal(each) is not signal.SIG_IGN]
+    before = {each: signal.signal(each, lambda number, _: told.append(number)) for each in wanted}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
