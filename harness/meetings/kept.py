@@ -50,8 +50,12 @@ class KeptMissions:
             self.drives.append(drive)
 
 
-def kept_missions(folder: Path) -> KeptMissions:
-    """The missions that are finished in a run folder; a line that was cut off is removed.
+def kept_missions(folder: Path, is_ours: bool = False) -> KeptMissions:
+    """The missions that are finished in a run folder.
+
+    Args:
+        folder: of the run.
+        is_ours: whether nobody else writes it now; then a line that was cut off is removed.
 
     Raises:
         InputError: the file is none of ours, or cannot be written.
@@ -69,7 +73,7 @@ def kept_missions(folder: Path) -> KeptMissions:
             break  # what comes after it was drawn by what it said
         found._note(drive)
         whole += 1
-    if whole < len(lines):
+    if is_ours and whole < len(lines):
         with writing(found.file), replacing(found.file) as stream:
             stream.writelines(lines[:whole])
     return found

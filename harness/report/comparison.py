@@ -116,10 +116,9 @@ def of_all(apart: Apart) -> str:
     )
 
 
-def sooner(comparison: Comparison) -> str:
+def sooner(apart: Apart, dollar: OfADollar | None) -> str:
     """The numbers of deliveries that tell a dollar much sooner than pairs do; empty: none do."""
-    apart, dollar = comparison.apart, comparison.dollar
-    if apart is None or apart.seconds is None or dollar is None or dollar.seconds is None:
+    if apart.seconds is None or dollar is None or dollar.seconds is None:
         return ""
     if dollar.seconds < WORTH_SAYING * apart.seconds:
         return ""

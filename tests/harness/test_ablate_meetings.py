@@ -120,6 +120,10 @@ def test_a_line_that_was_cut_off_is_driven_again(
     missions = found.folder / FILE
     whole = missions.read_bytes()
     missions.write_bytes(whole[:-9])
+    (first, second) = (f"{found.folder}:{name}" for name in ("ground_truth", "gps"))
+    status, text, _ = navbench("compare", first, second, "--json")
+    assert status == 0 and json.loads(text)["missions"] == 2
+    assert missions.read_bytes() == whole[:-9], "whoever only reads removes nothing"
     status, _, said = navbench("ablate", "--resume", found.folder, "--workers", "1")
     assert status == 0 and "going on after 2 of 3 missions" in said
     assert missions.read_bytes() == whole

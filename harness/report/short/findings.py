@@ -77,9 +77,11 @@ def short_comparison(comparison: Comparison) -> list[Block]:
     left = comparison.left_out
     if any(left):
         lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
-        if (apart := comparison.apart) is not None:
-            lines.append(of_all(apart))
-    lines.append(sooner(comparison))
+    apart = comparison.apart
+    if apart is not None and any(left):
+        lines.append(of_all(apart))
+    if apart is not None:
+        lines.append(sooner(apart, comparison.dollar))
     return lines_of(lines)
 
 

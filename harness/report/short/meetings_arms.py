@@ -41,7 +41,7 @@ def short_arms(found: MeetingsArms) -> list[Block]:
 
 
 def next_command(found: MeetingsArms) -> str:
-    """More missions, where a difference is open; else the same by whole deliveries."""
+    """As many missions as would decide the open differences, but not many times those driven."""
     if (found.folder / "params" / CHECK).is_file():
         return f"navbench check --resume {found.folder} --budget 30m"
     needed = [

@@ -7,7 +7,7 @@ from pathlib import Path
 from harness.ablation.analysis import AblationDeclaration
 from harness.ablation.meetings import MeetingsArms
 from harness.meetings.allowed import INSTEAD, require_meetings
-from harness.meetings.kept import kept_missions
+from harness.meetings.kept import KeptMissions, kept_missions
 from harness.meetings.mission import MissionDrive
 from harness.meetings.results import result_of
 from harness.storage.files import locked
@@ -44,7 +44,7 @@ def drive_arms(path: Path, declaration: AblationDeclaration, where: Where) -> Me
     require_local(where)
     study = load_study(path, where.workers)
     with locked(path):
-        kept = kept_missions(path)
+        kept = kept_missions(path, is_ours=True)
         bar = Bar("{done} of {total} missions", study.episodes, kept.number)
         if kept.number >= study.episodes:
             say(f"run {path} is complete: all of its {study.episodes} missions are finished")
@@ -58,7 +58,7 @@ def drive_arms(path: Path, declaration: AblationDeclaration, where: Where) -> Me
                 return False
 
             is_stopped = is_interrupted(study, kept, where, bar, is_enough)
-    found = _found(path, declaration, study)
+    found = _found(path, declaration, study, kept)
     return dataclasses.replace(found, is_interrupted=is_stopped)
 
 
@@ -75,13 +75,17 @@ def arms_of_folder(
     Raises:
         InputError: an arm that it lacks.
     """
-    return _found(path, declaration, load_study(path, 1), names)
+    return _found(path, declaration, load_study(path, 1), kept_missions(path), names)
 
 
 def _found(
-    path: Path, declaration: AblationDeclaration, study: Study, names: Sequence[str] = ()
+    path: Path,
+    declaration: AblationDeclaration,
+    study: Study,
+    kept: KeptMissions,
+    names: Sequence[str] = (),
 ) -> MeetingsArms:
-    kept, all_names = kept_missions(path), [stack.name for stack in study.stacks]
+    all_names = [stack.name for stack in study.stacks]
     unknown = [name for name in names if name not in all_names]
     if unknown:
         raise InputError(f"'{path}' has no stack '{unknown[0]}'; it has {', '.join(all_names)}")

@@ -119,7 +119,7 @@ def _drive(
         return verdict_of(looks.bound, declaration.within) != "undecided"
 
     with locked(path):
-        kept = kept_missions(path)
+        kept = kept_missions(path, is_ours=True)
         is_decided = any([is_decided_by(drive) for drive in kept.drives])
         if kept.number:
             say(f"going on after {kept.number} missions")
