@@ -114,22 +114,41 @@ def _arm_result(
 ) -> ArmResult:
     arms = [each.arms[number] for each in known]
     thousands = np.array([arm.row["distance_m"] / METRES for arm in arms])
-    hits = [np.array([each.people_hit for each in arm.met]) for arm in arms]
-    contacts = [np.array([each.contacts for each in arm.met]) for arm in arms]
+    # a mission without a meeting has no counts, which are whole numbers all the same
+    hits = [np.array([each.people_hit for each in arm.met], dtype=np.int64) for arm in arms]
+    contacts = [np.array([each.contacts for each in arm.met], dtype=np.int64) for arm in arms]
     weights = [np.array([each.weight for each in arm.met]) for arm in arms]
+    losses = np.array([each.weight * each.loss for arm in arms for each in arm.met])
     return ArmResult(
-        margin=_margin(margins, unseen_loss(unseen_weight(known), len(known)), seed),
+        margin=_margin(margins, losses, HIT * unseen_weight(known), seed),
         margin_alone=float(np.mean([arm.margin for arm in arms])),
         hits=weighted_rate(weights, hits, np.ones(len(arms))),
         contacts=weighted_rate(weights, contacts, thousands),
     )
 
 
-def _margin(margins: FloatArray, unseen: float, seed: int) -> Interval:
-    """The mean margin [USD a delivery]; its lower end admits a loss that nobody has seen."""
+def _margin(margins: FloatArray, losses: FloatArray, unseen: float, seed: int) -> Interval:
+    """The mean margin [USD a delivery].
+
+    Its interval is the bootstrap's over missions, or the wider one of the meetings' losses as
+    weighted Poisson counts, which admits a loss that nobody has seen.
+
+    Args:
+        margins: of missions, shape (n,).
+        losses: of their meetings, weighted, shape (m,); those that are gains do not count.
+        unseen: the greatest that may be unseen [USD].
+        seed: of the bootstrap.
+    """
     found = bootstrap_mean(margins, np.random.default_rng(seed))
-    mean = float(margins.mean())
-    return wider(found, Interval(mean, mean - unseen, mean, found.n))
+    mean, n = float(margins.mean()), len(margins)
+    greatest = max(float(losses.max(initial=0.0)), unseen)
+    if greatest == 0.0:
+        return found
+    counted = losses[losses > 0.0] / greatest
+    rate = poisson_rate(counted, n / greatest)
+    assert rate.value is not None and rate.low is not None and rate.high is not None
+    low, high = mean - (rate.high - rate.value), mean + (rate.value - rate.low)
+    return wider(found, Interval(mean, low, high, n))
 
 
 def weighted_rate(

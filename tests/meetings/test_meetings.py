@@ -102,6 +102,29 @@ def test_a_rate_with_events_has_the_wider_end() -> None:
     assert alone.high is not None and found.high > alone.high
 
 
+def test_a_mission_without_a_meeting_counts_as_one_without_a_hit(mission: MissionDrive) -> None:
+    nobody = tuple(dataclasses.replace(arm, met=()) for arm in mission.arms)
+    strata = np.zeros(0, dtype=np.int64)
+    empty = dataclasses.replace(mission, strata=strata, stands_for=np.zeros(0), arms=nobody)
+    found, alone = results.result_of([mission, empty]), results.result_of([mission, mission])
+    for arm, whole in zip(found.arms, alone.arms, strict=True):
+        assert arm.hits.value is not None and whole.hits.value is not None
+        assert arm.hits.value == pytest.approx(0.5 * whole.hits.value)
+
+
+def test_a_margin_admits_what_the_greatest_loss_costs_once_more(mission: MissionDrive) -> None:
+    """Missions that all earn alike have an interval, from the meetings that they lost by."""
+    dear = dataclasses.replace(mission.arms[0].met[0], weight=0.1, loss=60.0)
+    arm = dataclasses.replace(mission.arms[0], margin=9.0, met=(dear,))
+    strata, stands_for = mission.strata[:1], mission.stands_for[:1]
+    alike = dataclasses.replace(mission, strata=strata, stands_for=stands_for, arms=(arm,))
+    found = results.result_of([alike] * 9).arms[0].margin
+    # nine events: Garwood's interval of their number is 4.1 to 17.1
+    assert found.value == pytest.approx(3.0)
+    assert found.low == pytest.approx(9.0 - 6.0 * 17.085 / 9.0, abs=0.01)
+    assert found.high == pytest.approx(9.0 - 6.0 * 4.115 / 9.0, abs=0.01)
+
+
 def test_a_ratio_has_the_interval_of_its_missions() -> None:
     found = results.ratio_interval(np.array([1.0, 3.0]), np.array([1.0, 1.0]))
     assert found.value == 2.0 and found.n == 2
