@@ -8,6 +8,7 @@ The whole deliveries are a finished run's. Its missions are driven among nobody,
   it shows whether a meeting ends as the delivery does.
 - people are met as ``navbench check --estimator meetings`` draws them: --drawn on average in the
   default world; 0: nobody.
+- the people whom it passes are counted, and compared with how many Palm's law says it would pass.
 
 Missions in which somebody was hit are few, and drive in turns with twice as many others; what is
 printed is weighted to all missions of the run. Each finished mission is a line of FILE; the same
@@ -27,11 +28,11 @@ from harness.economics.accountings import COUNTED, PERSON
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.meetings.crowd import STEP, Record, recorded
-from harness.meetings.draw import Meeting
+from harness.meetings.draw import Meeting, Pool, pool_of
 from harness.meetings.drive import drive_arm
 from harness.meetings.mission import MissionTask, drive_mission, kept_stage
 from harness.meetings.passing import Passings, passings_of
-from harness.meetings.strata import PRIOR, PRIOR_SUM, strata_of
+from harness.meetings.strata import MISSES, PRIOR, PRIOR_SUM, STRATA, strata_of
 from harness.meetings.way import Way, way_of
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
@@ -43,6 +44,7 @@ from navstack.types import BoolArray, FloatArray
 from tools.options import parsed
 
 OTHERS = 2  # missions in which nobody was hit, for each in which somebody was
+WITHIN = (0.5, MISSES[-1])  # [m] from the way, of people who are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,8 @@ class Counted:
     whole: int  # by the delivery
     own: float  # in meetings with its own people
     drawn: float | None  # in meetings as they are drawn, expected; None: none were
+    passed: tuple[int, ...]  # people, by the ends of :data:`WITHIN`
+    expected: tuple[float, ...]  # by Palm's law, likewise
 
 
 def met_on_the_way(record: Record, way: Way, passings: Passings) -> list[Meeting]:
@@ -94,14 +98,37 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
     way, parts, generators = way_of(task), Parts(task), task.generators()
     start = parts.mission(generators["mission"]).start
     record = recorded(parts.people(), generators["pedestrians"], start)
-    meetings = met_on_the_way(record, way, alone(task, way))
+    passings = alone(task, way)
+    meetings = met_on_the_way(record, way, passings)
+    pool = pool_of(record, way, parts.rules.arrival_radius)
     own, drawn = 0.0, None
     if meetings:
         own = drive_arm(task, kept_stage(task), way, record, meetings).expected_hits
     if number:
         mission = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), PRIOR_SUM / number))
         drawn = mission.arms[0].expected_hits
-    return Counted(task.episode, whole, own, drawn)
+    return Counted(
+        task.episode, whole, own, drawn, passed(meetings, way, parts), expected(pool, passings)
+    )
+
+
+def passed(meetings: Sequence[Meeting], way: Way, parts: Parts) -> tuple[int, ...]:
+    """Who is passed where people are drawn, by the ends of :data:`WITHIN`."""
+    last = way.point_before_end(parts.rules.arrival_radius)
+    misses = [STRATA[each.stratum][0] for each in meetings if 0 < each.point < last]
+    return tuple(sum(miss <= end for miss in misses) for end in WITHIN)
+
+
+def expected(pool: Pool, passings: Passings) -> tuple[float, ...]:
+    """How many are passed by Palm's law, by the ends of :data:`WITHIN`."""
+    sums = np.zeros(len(STRATA))
+    places = zip(pool.points.tolist(), pool.along.tolist(), pool.strata.tolist(), strict=True)
+    for point, along, stratum in places:
+        at = passings.at(point, along)
+        if at is not None:
+            sums[stratum] += at[0] / pool.looked_at
+    ends = np.array([miss for miss, _ in STRATA])
+    return tuple(float(sums[ends <= end].sum()) for end in WITHIN)
 
 
 def alone(task: EpisodeTask, way: Way) -> Passings:
@@ -174,8 +201,28 @@ def printed(found: Sequence[Counted], whole: dict[int, int]) -> str:
             table(["people hit", "n", "a delivery", "to whole deliveries"], rows),
             f"own people: hit again in {again} of {is_hit.sum()} missions, hit in meetings alone "
             f"in {more_hits} of {(~is_hit).sum()}",
+            *passed_texts(found, is_hit, shares),
         ]
     )
+
+
+def passed_texts(found: Sequence[Counted], is_hit: BoolArray, shares: FloatArray) -> list[str]:
+    """How many people are passed and by Palm's law would be, a line for each of :data:`WITHIN`."""
+    lines = []
+    for number, end in enumerate(WITHIN):
+        passed = np.array([float(each.passed[number]) for each in found])
+        by_law = np.array([each.expected[number] for each in found])
+        mean, _ = weighted(passed, is_hit, shares)
+        if mean == 0.0:
+            continue
+        ratio = weighted(by_law, is_hit, shares)[0] / mean
+        # of a ratio of means, by its residuals (Cochran 1977, 6.4)
+        _, variance = weighted(by_law - ratio * passed, is_hit, shares)
+        lines.append(
+            f"passed within {end:g} m of the way: {mean:.3f} people a delivery, by Palm's law "
+            f"{text_of(ratio, variance / mean**2, len(found))} times as many"
+        )
+    return lines
 
 
 def text_of(mean: float, variance: float, n: int) -> str:
