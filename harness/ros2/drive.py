@@ -3,17 +3,14 @@
 import contextlib
 import dataclasses
 import math
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import rclpy
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
-from nav_msgs.msg import OccupancyGrid as GridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
@@ -27,9 +24,9 @@ from harness.recorded import messages as received
 from harness.recorded.mountings import IDENTITY, Transform, frame_name, from_angles
 from harness.ros2 import messages
 from harness.ros2.robot import LATCHED, join
+from harness.ros2.stop_signals import heard
 from harness.task.ros2_params import Ros2Params
 from harness.world.sensors.message_precision import as_messages
-from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError, NavstackError
 from navstack.localization.geodesy import LocalFrame
 from navstack.navigation_status import Status
@@ -58,31 +55,6 @@ _STATUS = {
     Status.SUCCEEDED: GoalStatus.STATUS_SUCCEEDED,
     Status.FAILED: GoalStatus.STATUS_ABORTED,
 }
-
-
-def receive_map(timeout: float) -> OccupancyGrid:
-    """The map that somebody publishes on /map.
-
-    Args:
-        timeout: [s] of wall time.
-
-    Raises:
-        InputError: none came.
-    """
-    join()
-    node = rclpy.create_node(f"{NODE}_map")
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    found: list[GridMessage] = []
-    node.create_subscription(GridMessage, "map", found.append, LATCHED)
-    deadline = time.monotonic() + timeout
-    while not found and time.monotonic() < deadline:
-        executor.spin_once(timeout_sec=0.1)
-    executor.shutdown()
-    node.destroy_node()
-    if not found:
-        raise InputError(f"no map came on /map within {timeout:g} s; give --map FILE")
-    return messages.grid_of(found[0])
 
 
 class DriveNode:
@@ -172,7 +144,7 @@ class DriveNode:
         """
         told: list[int] = []
         try:
-            with _heard(told):
+            with heard(told):
                 while time.monotonic() < deadline and not told:
                     self._spin_once()
             if told:
@@ -345,20 +317,3 @@ class DriveNode:
 
     def _take_scan(self, message: ScanMessage) -> None:
         self._take("scan", received.laser_scan(message, received.stamp_of(message), self._laser))
-
-
-@contextlib.contextmanager
-def _heard(told: list[int]) -> Iterator[None]:
-    """Within it signals to stop are noted; in another than the main thread there are none."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    names = ("SIGINT", "SIGTERM", "SIGHUP")
-    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    wanted = [each for each in known if signal.getsignal(each) is not signal.SIG_IGN]
-    before = {each: signal.signal(each, lambda number, _: told.append(number)) for each in wanted}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -95,7 +95,8 @@ def drive_robot(
         InputError: ROS 2 is not here, or a file cannot be used.
     """
     require_ros2()
-    from harness.ros2.drive import DriveNode, receive_map
+    from harness.ros2.drive import DriveNode
+    from harness.ros2.map import receive_map
 
     nav2 = load_nav2(resolve(params, shipped("params") / "nav2", "Nav2"), allow_unknown=True)
     if map_file is None:
