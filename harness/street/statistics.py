@@ -67,10 +67,17 @@ def _pieces(district: District, length: float) -> Row:
         kind: {
             "n": count,
             "filled_share": round(found.filled[kind] / count, 4),
-            "per_100m": round(100.0 * count / length, 3),
+            "per_100m": _per_100m(count, length),
         }
         for kind, count in counts.most_common()
     }
+
+
+def _per_100m(count: int, length: float) -> float | None:
+    """Pieces per 100 m of way; None: the district has areas for people only."""
+    if length == 0.0:
+        return None
+    return round(100.0 * count / length, 3)
 
 
 def _graph(graph: RouteGraph) -> Row:

@@ -57,7 +57,12 @@ def _ways(document: Row) -> Table:
 
 def _furniture(document: Row, most: int) -> Table:
     rows = [
-        (kind, str(found["n"]), f"{found['per_100m']:.2f}", _percent(found["filled_share"]))
+        (
+            kind,
+            str(found["n"]),
+            number_text(found["per_100m"], 2),
+            _percent(found["filled_share"]),
+        )
         for kind, found in list(document["furniture"].items())[:most]
     ]
     return Table("", ("Furniture", "n", "Per 100 m of way", "Filled in (%)"), rows)

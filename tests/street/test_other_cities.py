@@ -1,0 +1,39 @@
+"""Kinds of streets and tags that other cities have."""
+
+from pathlib import Path
+
+import pytest
+import shapely
+
+from harness.street.district import District, build_district
+from harness.street.osm_file import GeoBox, read_extract
+from harness.world.map.scene_io import load_scene
+from navbench.api.street import import_osm
+from tests.street.town import BOX, SOUTH, WEST, Point, Town, small_town
+
+pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
+GEO = GeoBox(*map(float, BOX.split(",")))
+
+
+def district_of(town: Town, folder: Path) -> District:
+    return build_district(read_extract(town.write(folder / "town.osm"), GEO), 0)
+
+
+def square(x: float, y: float, side: float) -> tuple[Point, ...]:
+    """Its corners counter-clockwise, the first again at the end."""
+    return (x, y), (x + side, y), (x + side, y + side), (x, y + side), (x, y)
+
+
+def crossings_of(district: District) -> list[shapely.Geometry]:
+    return [walk for walk in district.ground.walks if walk.kind == "crossing"]
+
+
+def test_a_district_of_one_square_has_no_length_to_count_furniture_by(tmp_path: Path) -> None:
+    town = Town()
+    town.way(*square(50, 50, 60), highway="pedestrian", area="yes")
+    town.node((60, 60), barrier="bollard")
+    file = town.write(tmp_path / "town.osm")
+    found = import_osm(file, bbox=(GEO.west, GEO.south, GEO.east, GEO.north), out=tmp_path)
+    assert found["walks"] == {}
+    assert found["furniture"]["bollard"] == {"n": 1, "filled_share": 0.0, "per_100m": None}
+    assert "| bollard" in (tmp_path / "town_statistics.md").read_text(encoding="utf-8")
