@@ -27,7 +27,6 @@ from navstack.types import BoolArray, FloatArray, Pose2D
 
 TILE = 200.0  # [m] side of a part of a district that is larger than one map
 _GRID, _SLIVER = 0.001, 0.01  # [m] of corners that are written, [m2] of areas that are not
-_LEAST_WALKABLE = 50.0  # [m2] of a tile that becomes a map
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +109,9 @@ def _cells(length: float) -> int:
     return int(length / RESOLUTION)
 
 
-def has_room(district: District, window: Rect) -> bool:
-    """Whether enough of a window is walkable for a map."""
-    return bool(clipped(district.ground.walkable, window).area >= _LEAST_WALKABLE)
+def has_ground(district: District, window: Rect) -> bool:
+    """Whether anything of a window is walkable: a route may lead through the corner of a tile."""
+    return bool(clipped(district.ground.walkable, window).area >= _SLIVER)
 
 
 def scene_of(district: District, window: Rect, name: str) -> Scene:

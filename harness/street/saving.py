@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from harness.storage.files import write_text
-from harness.street.district import District, has_room, scene_of, windows_of
+from harness.street.district import District, has_ground, scene_of, windows_of
 from harness.street.osm_file import CREDIT
 from harness.world.map.scene_io import made_of, save_scene
 
@@ -19,7 +19,7 @@ def save_maps(district: District, folder: Path, name: str) -> list[Path]:
     """
     saved = []
     for suffix, window in windows_of(district.ground.box):
-        if not has_room(district, window):
+        if not has_ground(district, window):
             continue
         stem = f"{name}{suffix}"
         scene = scene_of(district, window, stem)

@@ -37,3 +37,16 @@ def test_a_district_of_one_square_has_no_length_to_count_furniture_by(tmp_path: 
     assert found["walks"] == {}
     assert found["furniture"]["bollard"] == {"n": 1, "filled_share": 0.0, "per_100m": None}
     assert "| bollard" in (tmp_path / "town_statistics.md").read_text(encoding="utf-8")
+
+
+def test_a_way_through_the_corner_of_a_tile_has_its_ground(tmp_path: Path) -> None:
+    town = Town()
+    town.way((10, 195), (190, 195), (206, 206), (215, 195), (300, 195), highway="path", width="1.2")
+    file = town.write(tmp_path / "town.osm")
+    box = WEST, SOUTH, WEST + 320 / 55_600.0, SOUTH + 280 / 111_410.0
+    found = import_osm(file, bbox=box, out=tmp_path)
+    assert [Path(each).stem for each in found["maps"]] == [
+        f"town_{tile}" for tile in ("0_0", "1_0", "0_1", "1_1")
+    ]
+    corner = load_scene(tmp_path / "town_1_1.yaml").walkable
+    assert 5.0 < (corner.data == 0).sum() * corner.resolution**2 < 25.0
