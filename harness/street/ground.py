@@ -25,6 +25,7 @@ from navstack.types import FloatArray
 
 _LEAST_AREA = 0.05  # [m2] of a piece that stays
 _SIMPLER = 0.05  # [m] by which outlines may move
+_SMALL_SHARE = 0.25  # [-] of the largest part: a smaller one stays only if it is mapped
 _PLAZAS = ("pedestrian", "footway", "path", "living_street")
 _COVERED = ("yes", "arcade", "colonnade")
 _HEADROOM = 2.0  # [m] a building that begins higher stands in nobody's way
@@ -82,6 +83,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     built = _union([shape for _, shape, _ in [*buildings, *barriers]])
     built = shapely.union(built, _steps(extract))
     sides_ground = shapely.difference(_union([walk.polygon for walk in sides]), carriageways)
+    tagged = _union([walk.polygon for walk in sides if walk.source == "tag"])
     people = shapely.union(drawn, sides_ground)
     walkable = shapely.intersection(shapely.difference(people, built), box)
     closed = shapely.union(built, shapely.intersection(raised, carriageways))
@@ -89,7 +91,8 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     people = shapely.union_all([people, *(link.polygon for link in links)])
     walks += sides + links
     walkable = shapely.intersection(shapely.difference(people, built), box)
-    walkable = _joined_or_drawn(_polygons(walkable).simplify(_SIMPLER), drawn)
+    mapped = shapely.union(drawn, shapely.intersection(sides_ground, tagged))
+    walkable = _joined_or_mapped(_polygons(walkable).simplify(_SIMPLER), mapped)
     roads = shapely.intersection(shapely.difference(carriageways, people), box)
     green = _union([area.geometry for area in extract.areas if _is_green(area)])
     green = shapely.intersection(green, box)
@@ -115,13 +118,13 @@ def _polygons(shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.MultiPolygon([part for part in parts if part.area > _LEAST_AREA])
 
 
-def _joined_or_drawn(walkable: shapely.Geometry, drawn: shapely.Geometry) -> shapely.Geometry:
-    """The walkable ground without parts that only the rules put there and nothing joins."""
+def _joined_or_mapped(walkable: shapely.Geometry, mapped: shapely.Geometry) -> shapely.Geometry:
+    """The walkable ground without small parts that only the rules put there and nothing joins."""
     parts = shapely.get_parts(walkable)
-    largest = float(shapely.area(parts).max(initial=0.0))
-    shapely.prepare(drawn)
+    small = _SMALL_SHARE * float(shapely.area(parts).max(initial=0.0))
+    shapely.prepare(mapped)
     return shapely.MultiPolygon(
-        [part for part in parts if part.area == largest or shapely.intersects(drawn, part)]
+        [part for part in parts if part.area >= small or shapely.intersects(mapped, part)]
     )
 
 

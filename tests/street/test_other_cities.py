@@ -50,3 +50,22 @@ def test_a_way_through_the_corner_of_a_tile_has_its_ground(tmp_path: Path) -> No
     ]
     corner = load_scene(tmp_path / "town_1_1.yaml").walkable
     assert 5.0 < (corner.data == 0).sum() * corner.resolution**2 < 25.0
+
+
+def test_sidewalks_that_are_tagged_stay_where_nothing_joins_them(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 20), (200, 20), highway="footway", width="6")
+    town.way((0, 150), (200, 150), highway="residential", sidewalk="left")
+    assert shapely.get_num_geometries(district_of(town, tmp_path).ground.walkable) == 2
+
+
+def test_half_a_town_stays_though_nothing_joins_it_but_a_side_of_a_street_does_not(
+    tmp_path: Path,
+) -> None:
+    town = Town()
+    town.way((0, 20), (200, 20), highway="residential", sidewalk="right")
+    town.way((0, 150), (200, 150), highway="residential", sidewalk__left="no")
+    town.way((0, 100), (30, 100), highway="residential", sidewalk__left="no")
+    walkable = district_of(town, tmp_path).ground.walkable
+    assert shapely.intersects_xy(walkable, 100.0, 146.0)
+    assert not shapely.intersects_xy(walkable, 15.0, 96.0)
