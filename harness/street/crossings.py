@@ -9,7 +9,7 @@ import shapely
 
 from harness.street.osm_file import Extract
 from harness.street.rules import RULES
-from harness.street.walks import BESIDE, Street, Walk, crossing_tags
+from harness.street.walks import BESIDE, Street, Walk, crossing_tags, has_signals
 from navstack.types import FloatArray
 
 _JUNCTION = 3  # arms of a node at which streets meet
@@ -37,7 +37,7 @@ def _signals(extract: Extract) -> set[int]:
     return {
         point.nodes[0]
         for point in extract.points
-        if "traffic_signals" in (point.tags.get("highway"), point.tags.get("crossing"))
+        if point.tags.get("highway") == "traffic_signals" or has_signals(point.tags)
     }
 
 
@@ -52,7 +52,7 @@ def _crossings_at_nodes(
             by_node.setdefault(node, street)
     found = []
     for point in extract.points:
-        if point.tags.get("highway") != "crossing" or point.tags.get("crossing") == "no":
+        if not _is_crossing(point.tags):
             continue
         node = point.nodes[0]
         if node not in by_node or arms[node] >= _JUNCTION:
@@ -64,6 +64,13 @@ def _crossings_at_nodes(
         line = _across(street, street.line.project(point.geometry))
         found.append(_crossing(line, "drawn", signals, step))
     return found
+
+
+def _is_crossing(tags: dict[str, str]) -> bool:
+    """Whether a node of a street is a crossing; one at signals may have their tag instead."""
+    if tags.get("highway") == "traffic_signals":
+        return tags.get("crossing", "no") != "no"
+    return tags.get("highway") == "crossing" and tags.get("crossing") != "no"
 
 
 def _filled_crossings(
@@ -114,12 +121,14 @@ class _Arm:
 
 
 def _arms_of_junctions(streets: list[Street], arms: Counter[int]) -> Iterator[_Arm]:
-    """The arms that are long enough for a crossing."""
+    """The arms that are long enough for a crossing; nobody crosses to a roundabout's island."""
     widest: dict[int, float] = defaultdict(float)
     for street in streets:
         for node in street.nodes:
             widest[node] = max(widest[node], street.width)
     for street in streets:
+        if street.inner_side:
+            continue
         for node, start, direction in _directions(street):
             away = 0.5 * widest[node] + RULES.street["crossing_setback"]
             arm = _Arm(street, node, start, direction, away)

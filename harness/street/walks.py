@@ -22,7 +22,10 @@ _CHUNK = 20.0
 BESIDE = 6.0  # [m] a drawn way as near as this to a side of a street is its sidewalk
 _LEAST_CHUNK = 3.0  # [m]
 _SAMPLES = 5  # points of a chunk that are looked at
+_ROUND = ("roundabout", "circular")  # junction=
 _RAISED = ("raised", "regular")  # kerb= of a step
+# crossing= of one with signals; the birds are those of British roads
+_SIGNALLED = ("traffic_signals", "pelican", "puffin", "toucan", "pegasus")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,6 +60,15 @@ class Street:
         """The ground between its kerbs [m]."""
         return self.line.buffer(0.5 * self.width)
 
+    @property
+    def inner_side(self) -> str:
+        """The side of a roundabout's island, 'left' or 'right'; empty: it is no roundabout."""
+        if self.tags.get("junction") not in _ROUND:
+            return ""
+        x, y = shapely.get_coordinates(self.line).T
+        area = float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())  # twice, signed
+        return "left" if area > 0.0 else "right"
+
 
 def streets_of(extract: Extract) -> list[Street]:
     """The carriageways of an extract."""
@@ -77,6 +89,8 @@ def drawn_walks(extract: Extract) -> list[Walk]:
             continue
         if thing.tags.get("area") == "yes":
             continue  # an area, which is read as one
+        if kind == "crossing" and thing.tags.get("crossing") == "no":
+            continue
         width, has_width = walk_width(thing.tags, kind)
         signals, step = False, False
         if kind == "crossing":
@@ -96,9 +110,13 @@ def is_open(tags: dict[str, str]) -> bool:
 def crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
     """Whether a crossing has signals, and whether its kerbs are steps."""
     tags = [thing.tags, *(at_node[node] for node in thing.nodes if node in at_node)]
-    has_signals = any(each.get("crossing") == "traffic_signals" for each in tags)
-    has_signals |= any(each.get("crossing:signals") == "yes" for each in tags)
-    return has_signals, any(each.get("kerb") in _RAISED for each in tags)
+    has_step = any(each.get("kerb") in _RAISED for each in tags)
+    return any(has_signals(each) for each in tags), has_step
+
+
+def has_signals(tags: dict[str, str]) -> bool:
+    """Whether a crossing has signals."""
+    return tags.get("crossing") in _SIGNALLED or tags.get("crossing:signals") == "yes"
 
 
 def side_walks(
@@ -116,6 +134,8 @@ def side_walks(
     found = []
     for street in streets:
         for side, source in sidewalk_sides(street.tags).items():
+            if source == "rule" and side == street.inner_side:
+                continue
             width = usual * float(rng.uniform(1.0 - spread, 1.0 + spread))
             tagged = _side_width(street.tags, side)
             if tagged is not None:
@@ -123,13 +143,28 @@ def side_walks(
             offset = 0.5 * (street.width + width)
             if side == "right":
                 offset = -offset
-            line = shapely.offset_curve(street.line, offset, join_style="mitre")
             found += [
                 Walk("sidewalk", chunk, width, source, tagged is not None)
-                for chunk in _chunks(line)
+                for part in _open_parts(street.line)
+                for chunk in _chunks(shapely.offset_curve(part, offset, join_style="mitre"))
                 if not _is_drawn(chunk, tree)
             ]
     return found
+
+
+def _open_parts(line: shapely.Geometry) -> list[shapely.Geometry]:
+    """A line, or the halves of a loop: GEOS loses parts of the outer side of a loop as a whole."""
+    corners = shapely.get_coordinates(line)[:-1]
+    count = len(corners)
+    if not line.is_closed or count < 3:
+        return [line]
+    half = count // 2
+    # cut where it is straight, or the outer side would have a gap
+    first = 0.5 * (corners[0] + corners[1])
+    second = 0.5 * (corners[half] + corners[half + 1 - count])
+    there = np.vstack((first, corners[1 : half + 1], second))
+    back = np.vstack((second, corners[half + 1 :], corners[0], first))
+    return [shapely.LineString(there), shapely.LineString(back)]
 
 
 def _is_drawn(chunk: shapely.Geometry, tree: shapely.STRtree) -> bool:

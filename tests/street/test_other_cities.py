@@ -69,3 +69,68 @@ def test_half_a_town_stays_though_nothing_joins_it_but_a_side_of_a_street_does_n
     walkable = district_of(town, tmp_path).ground.walkable
     assert shapely.intersects_xy(walkable, 100.0, 146.0)
     assert not shapely.intersects_xy(walkable, 15.0, 96.0)
+
+
+def roundabout() -> Town:
+    """One of eight sides with four arms, driven counter-clockwise."""
+    town = Town()
+    ring = (
+        (120, 100),
+        (114, 114),
+        (100, 120),
+        (86, 114),
+        (80, 100),
+        (86, 86),
+        (100, 80),
+        (114, 86),
+    )
+    town.way(*ring, ring[0], highway="residential", junction="roundabout")
+    for corner, end in zip(ring[::2], ((200, 100), (100, 200), (0, 100), (100, 0)), strict=True):
+        town.way(corner, end, highway="residential", sidewalk="both")
+    return town
+
+
+def test_a_roundabout_has_no_sidewalk_around_its_island_and_no_crossing_to_it(
+    tmp_path: Path,
+) -> None:
+    district = district_of(roundabout(), tmp_path)
+    middle = shapely.Point(100.0, 100.0)
+    assert shapely.distance(district.ground.walkable, middle) > 20.0
+    assert len(crossings_of(district)) == 4
+    assert shapely.get_num_geometries(district.ground.walkable) == 1
+
+
+def test_both_sides_of_a_loop_have_their_whole_sidewalk(tmp_path: Path) -> None:
+    town = Town()
+    town.way(*square(50, 50, 100), highway="residential", sidewalk="both", sidewalk__width="2")
+    walks = district_of(town, tmp_path).ground.walks
+    away = 0.5 * 5.5 + 0.5 * 2.0
+    total = sum(walk.line.length for walk in walks if walk.source == "tag")
+    assert total == pytest.approx(4 * (100 + 2 * away) + 4 * (100 - 2 * away), rel=0.005)
+
+
+@pytest.mark.parametrize("kind", ["pelican", "puffin", "toucan"])
+def test_british_crossings_with_signals_have_them(tmp_path: Path, kind: str) -> None:
+    town = Town()
+    town.way((0, 100), (60, 100), (200, 100), highway="residential", sidewalk="both")
+    town.node((60, 100), highway="crossing", crossing=kind)
+    assert [walk.has_signals for walk in crossings_of(district_of(town, tmp_path))] == [True]
+
+
+@pytest.mark.parametrize(("crossing", "count"), [("traffic_signals", 1), ("no", 0)])
+def test_signals_between_junctions_are_a_crossing_where_they_say_so(
+    tmp_path: Path, crossing: str, count: int
+) -> None:
+    town = Town()
+    town.way((0, 100), (60, 100), (200, 100), highway="residential", sidewalk="left")
+    town.node((60, 100), highway="traffic_signals", crossing=crossing)
+    crossings = crossings_of(district_of(town, tmp_path))
+    assert [walk.has_signals for walk in crossings] == [True] * count
+
+
+@pytest.mark.parametrize(("value", "count"), [("marked", 1), ("no", 0)])
+def test_a_drawn_crossing_that_is_none_is_left_out(tmp_path: Path, value: str, count: int) -> None:
+    town = small_town()
+    town.way((20, 50), (20, 150), highway="footway", footway="crossing", crossing=value)
+    drawn = [walk for walk in crossings_of(district_of(town, tmp_path)) if walk.line.length > 99.0]
+    assert len(drawn) == count
