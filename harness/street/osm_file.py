@@ -22,6 +22,7 @@ MOST_BYTES = 200_000_000  # of a file; a city's extract
 MOST_EXTENT = 5000.0  # [m] of a box
 AROUND = 30.0  # [m] beyond the box that is read
 MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
+_DRAFTS = 10**15  # above the number of all that is uploaded
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
 _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign"
@@ -143,7 +144,7 @@ def _in_order(osmium: Any, path: Path) -> Iterator[Path]:
 
     Extracts in PBF are in order; XML of query services often has ways before their nodes.
     """
-    if path.name.endswith(".pbf"):
+    if path.name.endswith(".pbf") and _first(osmium, path)[0]:
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
@@ -152,7 +153,42 @@ def _in_order(osmium: Any, path: Path) -> Iterator[Path]:
         merger.add_file(str(path))
         with osmium.SimpleWriter(str(ordered)) as writer:
             merger.apply(writer)
+        if _first(osmium, ordered)[1] < 0:
+            ordered = _numbered(osmium, ordered)
         yield ordered
+
+
+def _first(osmium: Any, path: Path) -> tuple[bool, int]:
+    """Whether the first object of a file is a node, and its number; an empty file is in order."""
+    for one in osmium.FileProcessor(str(path)):
+        return one.is_node(), one.id
+    return True, 0
+
+
+def _numbered(osmium: Any, path: Path) -> Path:
+    """The same file without negative numbers, which editors give what is drawn and not uploaded.
+
+    osmium finds no places of such nodes.
+    """
+    numbered = path.with_name("numbered.osm.pbf")
+    with osmium.SimpleWriter(str(numbered)) as writer:
+        for one in osmium.FileProcessor(str(path)):
+            number = _positive(one.id)
+            if one.is_node():
+                writer.add_node(one.replace(id=number))
+            elif one.is_way():
+                nodes = [_positive(node.ref) for node in one.nodes]
+                writer.add_way(one.replace(id=number, nodes=nodes))
+            else:
+                members = [(each.type, _positive(each.ref), each.role) for each in one.members]
+                writer.add_relation(one.replace(id=number, members=members))
+    return numbered
+
+
+def _positive(number: int) -> int:
+    if number < 0:
+        return _DRAFTS - number
+    return number
 
 
 def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:

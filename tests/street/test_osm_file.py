@@ -1,5 +1,6 @@
 """Shapes that files of OpenStreetMap have: cut ways, ways before nodes, areas of several ways."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -7,9 +8,9 @@ import shapely
 
 from harness.street.district import build_district
 from harness.street.osm_file import Extract, GeoBox, read_extract
-from tests.street.town import BOX, element, node_element
+from tests.street.town import BOX, element, node_element, small_town
 
-pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
+osmium = pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
 GEO = GeoBox(*map(float, BOX.split(",")))
 
 
@@ -49,6 +50,34 @@ def test_ways_may_stand_before_their_nodes(tmp_path: Path) -> None:
     lines = extract_of(tmp_path, way, *reversed(nodes)).lines
     assert lines[0].nodes == (1, 2, 3)
     assert lines[0].geometry == ordered[0].geometry
+
+
+def test_pbf_may_have_ways_before_their_nodes(tmp_path: Path) -> None:
+    file, town = tmp_path / "unordered.osm.pbf", small_town().write(tmp_path / "town.osm")
+    with osmium.SimpleWriter(str(file)) as writer:
+        for kind in (osmium.osm.WAY, osmium.osm.NODE):
+            for one in osmium.FileProcessor(str(town), kind):
+                writer.add(one)
+    expected, found = read_extract(town, GEO), read_extract(file, GEO)
+    assert [line.nodes for line in found.lines] == [line.nodes for line in expected.lines]
+    assert len(found.areas) == len(expected.areas) == 1
+
+
+def test_what_an_editor_has_not_uploaded_is_read(tmp_path: Path) -> None:
+    town = small_town().write(tmp_path / "town.osm")
+    expected = read_extract(town, GEO)
+    square = element("relation", 9, (), '<member type="way" ref="3" role="outer"/>')
+    text = town.read_text(encoding="utf-8").replace("</osm>", f"{square}</osm>")
+    draft = tmp_path / "draft.osm"
+    draft.write_text(re.sub('(id|ref)="', '\\1="-', text), encoding="utf-8")
+    found = read_extract(draft, GEO)
+    for kind in ("points", "lines", "areas"):
+        shapes = [
+            {shapely.to_wkt(thing.geometry) for thing in getattr(extract, kind)}
+            for extract in (expected, found)
+        ]
+        assert shapes[0] == shapes[1]
+        assert shapes[0]
 
 
 def test_a_coastline_is_no_street(tmp_path: Path) -> None:
