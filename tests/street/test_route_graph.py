@@ -31,6 +31,18 @@ def square(crossing: int = -1) -> RouteGraph:
     return RouteGraph(points, pairs, edges)
 
 
+def test_missions_without_any_route_have_no_length_to_show(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    points = np.array(((0, 0), (20, 0), (0, 300), (20, 300)), dtype=float)
+    apart = RouteGraph(points, np.array(((0, 1), (2, 3))), [WayEdge("sidewalk", 2.0)] * 2)
+    save_graph(apart, tmp_path / "apart_graph.geojson")
+    with pytest.raises(SystemExit) as leaving:
+        main(["map", "routes", str(tmp_path / "apart_graph.geojson"), "--missions", "3"])
+    assert not leaving.value.code
+    assert "with a route: 0.000" in capsys.readouterr().out
+
+
 def test_the_axis_of_a_corridor_is_its_middle() -> None:
     corridor = shapely.box(0.0, 0.0, 30.0, 2.0)
     points, radii, pairs = medial_axis(corridor, 0.45)

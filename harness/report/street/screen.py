@@ -81,7 +81,7 @@ def routes_blocks(document: Row) -> list[Block]:
         f"{document['seed']}; with a route: {share['value']:.3f} "
         f"[{share['low']:.3f}, {share['high']:.3f}]"
     )
-    rows = [(f"{percent} %", f"{length:.0f}") for percent, length in lengths.items()]
+    rows = [(f"{percent} %", number_text(length, 0)) for percent, length in lengths.items()]
     crossed = (
         f"crossings per route: {number_text(document['crossings_mean'], 1)}, with signals "
         f"{number_text(document['signals_mean'], 1)}"
