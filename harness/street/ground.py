@@ -9,7 +9,7 @@ import shapely
 from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
-from harness.street.rules import RULES, carriageway_width, tagged_length, walk_kind, walk_width
+from harness.street.rules import RULES, carriageway_width, tagged_height, walk_kind, walk_width
 from harness.street.walks import (
     Street,
     Walk,
@@ -165,7 +165,7 @@ def _buildings(
 
 def _is_aloft(tags: dict[str, str]) -> bool:
     """Whether a building leaves the ground free, as one that bridges a way."""
-    lowest = tagged_length(tags, "min_height")
+    lowest = tagged_height(tags, "min_height")
     level = tags.get("building:min_level", "")
     return (lowest is not None and lowest > _HEADROOM) or (level.isdecimal() and int(level) >= 1)
 
@@ -180,7 +180,7 @@ def _passage_width(tags: dict[str, str]) -> float:
 
 
 def _height(tags: dict[str, str]) -> float:
-    tagged = tagged_length(tags, "height")
+    tagged = tagged_height(tags)
     levels = tags.get("building:levels", "")
     if tagged is not None:
         return tagged
@@ -200,7 +200,7 @@ def _barriers(
         if entry is None:
             continue
         kind, thickness, height = entry
-        tagged = tagged_length(thing.tags, "height")
+        tagged = tagged_height(thing.tags)
         if tagged is not None:
             height = tagged
         line = shapely.intersection(thing.geometry, box)

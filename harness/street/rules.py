@@ -10,6 +10,7 @@ _LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|cm)?\s*")
 _FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|feet|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
 _FOOT, _INCH, _CENTIMETRE = 0.3048, 0.0254, 0.01  # [m]
 LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
+LEAST_HEIGHT, MOST_HEIGHT = 0.05, 1000.0  # [m] of a wall's or a building's
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,25 @@ RULES = _load()
 
 
 def tagged_length(tags: dict[str, str], key: str) -> float | None:
-    """A length in [m] that a tag gives; None: there is none, or none that is believed."""
-    text = tags.get(key, "")
+    """A width in [m] that a tag gives; None: there is none, or none that is believed."""
+    return _within(tags.get(key, ""), LEAST_WIDTH, MOST_WIDTH)
+
+
+def tagged_height(tags: dict[str, str], key: str = "height") -> float | None:
+    """A height in [m] that a tag gives; None: there is none, or none that is believed."""
+    return _within(tags.get(key, ""), LEAST_HEIGHT, MOST_HEIGHT)
+
+
+def tagged_width(tags: dict[str, str]) -> float | None:
+    """The width of a way in [m], measured or estimated; None: no tag gives one."""
+    measured = tagged_length(tags, "width")
+    if measured is None:
+        return tagged_length(tags, "est_width")
+    return measured
+
+
+def _within(text: str, least: float, most: float) -> float | None:
+    """The length in [m] of a tag's text if it is one between two others."""
     metres, feet = _LENGTH.fullmatch(text), _FEET.fullmatch(text)
     if metres is not None:
         length = float(metres[1].replace(",", "."))
@@ -46,7 +64,7 @@ def tagged_length(tags: dict[str, str], key: str) -> float | None:
         length = _FOOT * float(feet[1]) + _INCH * float(feet[2] or 0.0)
     else:
         return None
-    if not LEAST_WIDTH <= length <= MOST_WIDTH:
+    if not least <= length <= most:
         return None
     return length
 
@@ -68,7 +86,7 @@ def walk_kind(tags: dict[str, str]) -> str:
 
 def walk_width(tags: dict[str, str], kind: str) -> tuple[float, bool]:
     """Width [m] of a way for people, and whether a tag says so."""
-    tagged = tagged_length(tags, "width")
+    tagged = tagged_width(tags)
     if tagged is None or kind == "steps":  # mappers give steps their depth or number there
         return RULES.walk_widths[kind], False
     return tagged, True
@@ -76,7 +94,7 @@ def walk_width(tags: dict[str, str], kind: str) -> tuple[float, bool]:
 
 def carriageway_width(tags: dict[str, str]) -> float:
     """Width [m] of a street between its kerbs, parking included."""
-    tagged = tagged_length(tags, "width")
+    tagged = tagged_width(tags)
     if tagged is not None:
         return tagged
     width, street = RULES.carriageways[tags["highway"]], RULES.street

@@ -134,3 +134,20 @@ def test_a_drawn_crossing_that_is_none_is_left_out(tmp_path: Path, value: str, c
     town.way((20, 50), (20, 150), highway="footway", footway="crossing", crossing=value)
     drawn = [walk for walk in crossings_of(district_of(town, tmp_path)) if walk.line.length > 99.0]
     assert len(drawn) == count
+
+
+def test_a_width_that_is_estimated_counts_where_none_is_measured(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 50), (200, 50), highway="footway", est_width="4")
+    town.way((0, 150), (200, 150), highway="footway", est_width="4", width="3")
+    walkable = district_of(town, tmp_path).ground.walkable
+    across = shapely.clip_by_rect(walkable, 99.0, 0.0, 100.0, 200.0)
+    assert across.area == pytest.approx(4.0 + 3.0, rel=0.01)
+
+
+def test_towers_and_low_walls_are_as_high_as_tagged(tmp_path: Path) -> None:
+    town = small_town()
+    town.way(*square(20, 20, 20), building="yes", height="180 m")
+    town.way((120, 20), (180, 20), barrier="wall", height="0.2")
+    built = district_of(town, tmp_path).ground.built
+    assert {height for _, _, height in built} == {15.0, 180.0, 0.2}
