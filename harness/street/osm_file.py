@@ -25,7 +25,8 @@ MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
 _DRAFTS = 10**15  # above the number of all that is uploaded
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
 _NODE_KEYS = (
-    "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign"
+    "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign "
+    "addr:housenumber"
 ).split()
 _AREA_KEYS = "building highway place landuse leisure natural".split()
 _LINE_KEYS = ("highway", "barrier")  # other ways count as areas only

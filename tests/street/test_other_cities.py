@@ -7,6 +7,8 @@ import shapely
 
 from harness.street.district import District, build_district
 from harness.street.osm_file import GeoBox, read_extract
+from harness.street.places import with_places
+from harness.street.route_graph import build_graph
 from harness.world.map.scene_io import load_scene
 from navbench.api.street import import_osm
 from tests.street.town import BOX, SOUTH, WEST, Point, Town, small_town
@@ -134,6 +136,43 @@ def test_a_drawn_crossing_that_is_none_is_left_out(tmp_path: Path, value: str, c
     town.way((20, 50), (20, 150), highway="footway", footway="crossing", crossing=value)
     drawn = [walk for walk in crossings_of(district_of(town, tmp_path)) if walk.line.length > 99.0]
     assert len(drawn) == count
+
+
+@pytest.mark.parametrize(
+    ("tags", "homes"),
+    [
+        ({"building": "house"}, 1),
+        ({"building": "yes", "addr__housenumber": "7"}, 1),
+        ({"building": "yes", "addr__housenumber": "7", "office": "company"}, 0),
+        ({"building": "yes"}, 0),
+    ],
+)
+def test_a_house_of_which_only_the_address_is_mapped_is_a_home(
+    tmp_path: Path, tags: dict[str, str], homes: int
+) -> None:
+    town = Town()
+    town.way((0, 50), (200, 50), highway="footway")
+    town.way(*square(100, 60, 10), **tags)
+    assert homes_of(town, tmp_path) == homes
+
+
+def test_addresses_are_homes_where_no_building_is_one(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 50), (200, 50), highway="footway")
+    for x in (20, 150):
+        town.node((x, 56), addr__housenumber=str(x))
+    town.node((80, 56), addr__housenumber="80", shop="bakery")
+    assert homes_of(town, tmp_path) == 2
+    town.way(*square(100, 60, 10), building="apartments")
+    assert homes_of(town, tmp_path) == 1
+
+
+def homes_of(town: Town, folder: Path) -> int:
+    """The number of homes along the ways of a town."""
+    extract = read_extract(town.write(folder / "town.osm"), GEO)
+    graph = with_places(build_graph(build_district(extract, 0)), extract)
+    assert graph.homes is not None
+    return int(graph.homes.sum())
 
 
 def test_a_width_that_is_estimated_counts_where_none_is_measured(tmp_path: Path) -> None:
