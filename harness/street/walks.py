@@ -67,7 +67,9 @@ class Street:
             return ""
         x, y = shapely.get_coordinates(self.line).T
         area = float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())  # twice, signed
-        return "left" if area > 0.0 else "right"
+        if area < 0.0:
+            return "right"
+        return "left"  # of a straight piece, too: it is driven counter-clockwise in most countries
 
 
 def streets_of(extract: Extract) -> list[Street]:

@@ -9,6 +9,7 @@ from harness.street.district import District, build_district
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.places import with_places
 from harness.street.route_graph import build_graph
+from harness.street.walks import Street
 from harness.world.map.scene_io import load_scene
 from navbench.api.street import import_osm
 from tests.street.town import BOX, SOUTH, WEST, Point, Town, small_town
@@ -100,6 +101,21 @@ def test_a_roundabout_has_no_sidewalk_around_its_island_and_no_crossing_to_it(
     assert shapely.distance(district.ground.walkable, middle) > 20.0
     assert len(crossings_of(district)) == 4
     assert shapely.get_num_geometries(district.ground.walkable) == 1
+
+
+@pytest.mark.parametrize(
+    ("ring", "side"),
+    [
+        (((120, 100), (100, 120), (80, 100), (100, 80)), "left"),
+        (((120, 100), (100, 80), (80, 100), (100, 120)), "right"),
+        (((120, 100), (114, 114), (100, 120)), "left"),  # a part of one
+        (((120, 100), (114, 114)), "left"),
+    ],
+)
+def test_the_island_is_where_a_roundabout_turns_to(ring: tuple[Point, ...], side: str) -> None:
+    street = Street({"junction": "roundabout"}, shapely.LineString(ring), 6.0, ())
+    assert street.inner_side == side
+    assert Street({}, street.line, 6.0, ()).inner_side == ""
 
 
 def test_both_sides_of_a_loop_have_their_whole_sidewalk(tmp_path: Path) -> None:
