@@ -77,7 +77,7 @@ def lint(file: str, robot: str | None, strict: bool, is_full: bool, as_json: boo
         click.echo(f"next: {shlex.join([*again, '--full'])}")
     if found.errors:
         first, *others = found.errors
-        more = f" and {len(others)} more" if others else ""
+        more = f" (and {len(others)} more)" if others else ""
         advice = "" if first.advice else "; correct it, or see navbench lint --help"
         raise ParameterError(f"{found.path}: {first}{more}{advice}")
 
@@ -87,12 +87,16 @@ def _short(found: Linted) -> list[str]:
     notices = [*found.errors, *found.warnings]
     lines = [_counts(found)]
     for notice in notices[:MOST_FINDINGS]:
-        kind = "error" if notice.is_error else "warning"
+        begin = "error" if notice.is_error else "warning"
+        if notice.line:
+            begin += f", line {notice.line}"
+        if notice.path:
+            begin += f": {notice.path}"
         why = notice.message
         if len(why) > LONGEST:
             why = why[:LONGEST].rpartition("; ")[0] or why.partition("; ")[0]
         advice = f" > {notice.advice}" if notice.advice else ""
-        lines.append(f"{kind}, line {notice.line}: {notice.path}: {why}{advice} [{notice.id}]")
+        lines.append(f"{begin}: {why}{advice} [{notice.id}]")
     if len(notices) > MOST_FINDINGS:
         lines.append(f"and {len(notices) - MOST_FINDINGS} more")
     return lines

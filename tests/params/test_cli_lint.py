@@ -65,6 +65,28 @@ def test_errors_and_warnings_as_text(run):
     assert "> max_decel: [-2.5, 0.0, -3.2]" in out
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "move_group:\n  ros__parameters:\n    robot_description: arm\n",
+        "slam_toolbox:\n  ros__parameters:\n    mode: mapping\n",
+        "/*/amcl:\n  ros__parameters:\n    use_sim_time: true\n",
+    ],
+)
+def test_a_file_without_a_node_of_nav2_is_no_file_of_defaults(run, text):
+    status, out, err = run(text)
+    assert status == 1 and err.count("\n") == 1
+    assert "no node of Nav2 in it, but '" in err
+    assert out.splitlines()[1].startswith("error: no node of Nav2 in it")
+
+
+def test_several_errors_are_counted_apart_from_the_first(run):
+    text = ROBOT.replace("resolution: 0.05", "resolution: fine")
+    status, out, err = run(text)
+    assert status == 1 and "2 errors, " in out
+    assert "'fine' is not a number (and 1 more); correct it" in err
+
+
 def test_the_document(run):
     changed = MISSPELT.replace("smoothing_frequency: 20.0", "smoothing_frequency: 5.0")
     status, out, _ = run(changed, "--json", "--strict")

@@ -49,7 +49,7 @@ def only_error(file):
         (DWB.replace("PathAlign.scale", "PathAlign.scal"), "FollowPath.PathAlign.scal", "scale"),
         (DWB.replace("PathAlign.scale", "PathAlgn.scale"), "FollowPath.PathAlgn", "PathAlign"),
         (
-            DWB.replace("controller_server:", "controler_server:"),
+            DWB.replace("controller_server:", "controler_server:") + "amcl: {ros__parameters: }",
             "controler_server",
             "controller_server",
         ),
@@ -326,6 +326,13 @@ def test_whole_numbers_where_nav2_insists_on_decimals_are_warned_of(inspect):
     assert [notice.path for notice in file.notices if notice.id == "whole-number"] == [
         "controller_server: FollowPath.max_vel_x"
     ]
+
+
+def test_a_section_in_the_place_of_a_value_is_not_called_misspelt(inspect):
+    file = inspect("controller_server:\n  ros__parameters:\n    controller_frequency: {hz: 20.0}\n")
+    (notice,) = [notice for notice in file.notices if notice.id == "unknown-key"]
+    assert (notice.path, notice.line) == ("controller_server: controller_frequency", 3)
+    assert "section" in notice.message and "did you mean" not in notice.message
 
 
 def test_decimals_where_nav2_insists_on_whole_numbers_are_warned_of(inspect):

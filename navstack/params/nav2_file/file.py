@@ -33,6 +33,7 @@ from navstack.params.nav2_file.nodes import (
     joined_notices,
     node_notices,
     nodes_to_check,
+    require_nodes,
     sections_of,
     tree_notices,
 )
@@ -218,6 +219,7 @@ def parse_nav2(text: str, path: Path, catalog: Catalog, allow_unknown: bool = Fa
 
 
 def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catalog) -> Nav2File:
+    require_nodes(document, str(path))
     parameters: dict[str, dict[str, ParameterEntry]] = {}
     found: dict[str, Findings] = {}
     for node in nodes_to_check(document):

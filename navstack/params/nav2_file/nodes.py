@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from navstack.errors import did_you_mean
-from navstack.params.nav2_file.catalog import nearly_equal, node_block, node_names
+from navstack.errors import ParameterError, did_you_mean
+from navstack.params.nav2_file.catalog import nearly_equal, node_block, node_kind, node_names
 from navstack.params.nav2_file.findings import (
     MISSPELT,
     RENAMED,
@@ -85,6 +85,25 @@ def nodes_to_check(document: Document) -> list[str]:
 def in_file(document: Document, node: str) -> bool:
     """Whether the file has a section of the node's own."""
     return any(node_name(text) == node for text in document.nodes if not is_wildcard(text))
+
+
+def require_nodes(document: Document, where: str) -> None:
+    """Check that a file holds a node of Nav2, without which every file drives by Nav2's defaults.
+
+    Raises:
+        ParameterError: it holds none; the message begins with ``where``.
+    """
+    own = [text for text in document.nodes if not is_wildcard(text)]
+    if any(node_kind(node_name(text)) is not None for text in own):
+        return
+    if any(sections_of(document, node) for node in nodes.NODES):
+        return
+    first, *others = document.nodes
+    more = f" and {len(others)} more" if others else ""
+    hint = did_you_mean(first.path[-1], node_names())
+    raise ParameterError(
+        f"{where}: no node of Nav2 in it, but '{'/'.join(first.path)}'{more}{hint}"
+    )
 
 
 def node_notices(document: Document) -> list[Notice]:
