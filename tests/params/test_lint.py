@@ -240,9 +240,9 @@ def test_numbers_that_are_not_read_here_have_the_form_that_nav2_wants(
     assert not notice.is_error
     assert notice.path == name.replace(".", ": ", 1)
     assert notice.line > 0
-    assert kind not in found(
-        robot_with({name: int(value) if kind == "decimal-number" else float(value)})
-    )
+    other = int(value) if kind == "decimal-number" else float(value)
+    assert notice.advice == f"write {other}"
+    assert kind not in found(robot_with({name: other}))
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ def impatient(
         yield Finding(
             "failure_tolerance",
             f"{tolerance:g} s{note}, less than a control period of {period:g} s",
-            "failure_tolerance: 0.3",
+            f"failure_tolerance: {max(0.3, 2.0 * period):g}",
         )
 
 

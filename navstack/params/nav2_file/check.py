@@ -158,6 +158,10 @@ class Checker:
                 self._ignore(path)
             self._check(place.block.groups[name], child, f"{path}.", params)
             return
+        if name in place.block.own_keys:
+            reason = "is a section of keys here, where Nav2 reads one value; its default is taken"
+            self._error(UNKNOWN_KEY, path, reason, child.first_line())
+            return
         left_over = self._left_over(place, name, child)
         if left_over is None or place.misspells(name):
             self._unknown(place, name, child.first_line())

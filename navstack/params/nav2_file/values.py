@@ -6,14 +6,13 @@ import re
 import types
 import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from navstack.errors import InputError, ParameterError
 from navstack.params.costmap import WITHOUT_LAYERS, CostmapParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Visit
-from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
 from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.releases import Declared
 from navstack.ranges import Replaced
@@ -149,14 +148,22 @@ def _told(known: Sequence[int]) -> str:
 def form_notices(declared: Declared, path: str, entry: ParameterEntry) -> list[Notice]:
     """Numbers of a form that Nav2 refuses where a parameter is declared so."""
     if declared.wants(float, entry.value):
-        message = "has no decimal point, and Nav2 refuses a whole number here"
-        given = Notice("whole-number", path, message, "write 1.0 instead of 1", entry.line)
+        kind, form, wanted = "whole-number", "no", _as(float, entry.value)
     elif declared.wants(int, entry.value):
-        message = "has a decimal point, and Nav2 refuses a decimal number here"
-        given = Notice("decimal-number", path, message, "write 3 instead of 3.0", entry.line)
+        kind, form, wanted = "decimal-number", "a", _as(int, entry.value)
     else:
         return []
-    return [replace(given, message=f"{_shown(entry.value)} {message}")]
+    message = f"{_shown(entry.value)} has {form} decimal point, and Nav2 refuses such a number here"
+    return [Notice(kind, path, message, f"write {_shown(wanted)}", entry.line)]
+
+
+def _as(kind: type[int] | type[float], value: Value) -> Value:
+    """A number, or those of a list, with a decimal point or without one."""
+    if isinstance(value, list):
+        return [_as(kind, each) for each in value]
+    if isinstance(value, int | float) and math.isfinite(value):
+        return kind(value)
+    return value
 
 
 class _WrongKindError(ParameterError):
