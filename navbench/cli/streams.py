@@ -1,5 +1,6 @@
 """Standard output and error that are closed, full, or left by their reader."""
 
+import io
 import json
 import os
 import sys
@@ -10,11 +11,15 @@ def provide_streams() -> None:
     """Give a program that was started without them streams that lead to nowhere.
 
     They also take the numbers that the next files would get, which children would write to.
+
+    Standard output writes a character that it has no bytes for as its escape, as standard error.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - to the end
             setattr(sys, name, nowhere)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def lost_output() -> OSError | None:

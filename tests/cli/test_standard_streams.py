@@ -42,6 +42,14 @@ def test_a_reader_who_leaves_early_is_no_error(words: list[str]) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_a_character_that_has_no_bytes_is_written_as_its_escape() -> None:
+    """A file's name or a key may be no text that an encoding has bytes for."""
+    program = "import click\nfrom navbench.cli.app import main\n"
+    program += "say = click.Command('say', callback=lambda: click.echo('a\\udcffb'))\nmain([], say)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False)
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, rb"a\udcffb", b"")
+
+
 def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
     """The next file would get the number of standard output, and with it what children print."""
     program = "import os, sys; os.close(1); os.close(2); sys.stdout = sys.stderr = None\n"
