@@ -27,6 +27,7 @@ from harness.economics.valuation import margins
 from harness.episode.files import prices_of
 from harness.meetings.estimators import MEETINGS
 from harness.metrics.columns import Row
+from harness.report.numbers import counted, interval_text
 from harness.report.short.check import MARKDOWN, check_markdown
 from harness.statistics.interval import Interval
 from harness.storage.documents import write_file
@@ -158,13 +159,18 @@ def is_run(given: str) -> bool:
     return Path(given).is_dir() or bool(folder and Path(folder).is_dir())
 
 
-def of_runs(old: str, new: str, within: float) -> Checked:
+def of_runs(old: str, new: str, within: float) -> Checked | None:
     """What finished runs say, with warnings on stderr where they differ in more than the stack.
+
+    None: both are the same deliveries.
 
     Raises:
         InputError: no such runs, several stacks in one, or no mission in common.
     """
     first, second = side_of(load_run(old)), side_of(load_run(new))
+    folders = {side.run.folder.resolve() for side in (first, second)}
+    if len(folders) == 1 and first.stack.name == second.stack.name:
+        return None
     for warning in compare(first, second, [MARGIN]).warnings:
         say(f"note: not comparable: {warning}")
     return evaluate(first, second, within)
@@ -233,7 +239,9 @@ class Watch(Bar):
         self.done = time.monotonic() - self._start
         if not self._looks.missions:
             return "no mission is finished yet"
-        return f"{self._looks.missions} missions, NEW less OLD [USD]: {self._looks.bound}"
+        missions = counted(self._looks.missions, "mission")
+        bound = interval_text(self._looks.bound, 2, True)
+        return f"{missions}, NEW less OLD [USD]: {bound}"
 
 
 def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: float) -> CheckResult:

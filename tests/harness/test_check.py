@@ -1,6 +1,7 @@
 """``navbench check``: verdicts on finished runs, and on deliveries of a few seconds."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import navbench
 from harness.analysis.check import Looks, missions_that_decide, verdict_of
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import Interval
+from harness.storage.new_run import ABLATION, CHECK
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.study.places import Where
@@ -80,6 +82,33 @@ def test_finished_runs_get_a_verdict_a_document_and_three_replays(write_run, nav
     assert status == 0 and lines[1].startswith("better: NEW less OLD is +60.00 [")
     assert lines[0].startswith(f"NEW {old} against OLD {new}") and len(lines) <= 25
     assert "in time, intact after" in text and "sla" not in text
+
+
+def test_a_run_against_itself_is_alike(write_run, navbench) -> None:
+    run = write_run("before", ["a", "b"])
+    for words in ((f"{run}:a", f"{run}:a"), (f"{run}:a", f"{run}/../before:a")):
+        status, text, _ = navbench("check", *words)
+        assert status == 0 and "alike: both drive by the same parameters" in text
+    _, text, _ = navbench("check", f"{run}:a", f"{run}:b")
+    assert "alike: both" not in text
+
+
+def test_what_the_sides_do_not_share_is_told_of_both(write_run, navbench) -> None:
+    old, new = write_run("a", localizer="gps"), write_run("b", localizer="amcl", pedestrians=7)
+    first, *_ = navbench("check", old, new)[1].splitlines()
+    assert "localizer gps (OLD) and amcl (NEW); world easy" in first
+    assert "people 20 (" in first and "people 7 (" in first
+
+
+@pytest.mark.parametrize("mark", [ABLATION, CHECK])
+def test_only_the_folder_of_a_check_is_gone_on_with(write_run, navbench, mark: str) -> None:
+    run = write_run("be fore", ["old", "new"])
+    (run / "params" / mark).write_text("a: 1\n")
+    *_, last = navbench("check", f"{run}:old", f"{run}:new")[1].splitlines()
+    command = ["compare", f"{run}:old", f"{run}:new"]
+    if mark == CHECK:
+        command = ["check", "--resume", str(run), "--budget", "30m"]
+    assert shlex.split(last.removeprefix("next: ")) == ["navbench", *command]
 
 
 def test_the_localizer_is_that_of_both_sides() -> None:

@@ -21,8 +21,10 @@ from harness.report.short.run import aligned
 from harness.report.short.setup import drivers_of, where_line
 from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval, fewest_missions
-from harness.storage.manifest_file import other_study
+from harness.storage.new_run import CHECK
+from harness.storage.parameters import parameter_folder
 from harness.storage.rows import values
+from harness.storage.texts import quoted
 
 MARKDOWN = (".md", ".markdown")  # suffixes of a comment's file
 MEANS = {  # column of a delivery -> how its mean is called, decimals
@@ -47,9 +49,7 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
     lines = [f"NEW {declaration.new} against OLD {declaration.old}"]
     if checked is None:
         return lines_of([*lines, SAME])
-    run = checked.first.run
-    driver = drivers_of(run)[0]
-    lines[0] += f", robot {driver.robot}, localizer {driver.localizer}; {where_line(run)}"
+    lines[0] += f", {_setting(checked)}"
     lines.append(sentence(checked))
     if checked.bound.n:
         lines += aligned([("", "OLD", "NEW", "NEW - OLD"), *mean_rows(checked)])
@@ -64,6 +64,22 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
         lines.append(f"  {mission.episode}: {mission.difference:+.2f} USD; {told}")
         lines += [f"    {shlex.join(words)}" for words in _replays(checked, mission)[1:]]
     return lines_of([*lines, LIMIT, _next(checked)])
+
+
+def _setting(checked: Checked) -> str:
+    """Robot, localizer, world, map and people of both sides; each once where they share it."""
+    runs = checked.first.run, checked.second.run
+    old, new = (drivers_of(run)[0] for run in runs)
+    drivers = ", ".join(
+        f"{what} {_both(getattr(old, what), getattr(new, what))}" for what in ("robot", "localizer")
+    )
+    return f"{drivers}; {_both(*map(where_line, runs))}"
+
+
+def _both(old: str, new: str) -> str:
+    if old == new:
+        return old
+    return f"{old} (OLD) and {new} (NEW)"
 
 
 def sentence(checked: Checked) -> str:
@@ -116,7 +132,7 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
     if checked is None:
         return markdown_text([*blocks, Text(SAME)])
     verdict, _, told = sentence(checked).partition(": ")
-    blocks += [Text(f"**{verdict}**: {told}"), Text(where_line(checked.first.run))]
+    blocks += [Text(f"**{verdict}**: {told}"), Text(_setting(checked))]
     if checked.bound.n:
         heads = ("Mean", "OLD", "NEW", "NEW - OLD")
         blocks.append(Table("What they earn", heads, mean_rows(checked)))
@@ -157,9 +173,9 @@ def code_text(text: str) -> str:
 
 def _next(checked: Checked) -> str:
     """The command that comes next."""
-    folder = checked.first.run.folder
-    if other_study(folder) and checked.verdict == "undecided":
-        return f"next: navbench check --resume {folder} --budget 30m"
-    second = checked.second
-    sides = f"{folder}:{checked.first.stack.name}", f"{second.run.folder}:{second.stack.name}"
+    folder, other = checked.first.run.folder, checked.second.run.folder
+    is_check = folder == other and (parameter_folder(folder) / CHECK).is_file()
+    if is_check and checked.verdict == "undecided":
+        return f"next: navbench check --resume {quoted(folder)} --budget 30m"
+    sides = f"{folder}:{checked.first.stack.name}", f"{other}:{checked.second.stack.name}"
     return f"next: navbench compare {shlex.join(sides)}"
