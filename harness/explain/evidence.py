@@ -17,6 +17,7 @@ from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.parameters import parameter_folder
 from harness.storage.tables import read_rows, write_table
+from harness.storage.texts import quoted
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
@@ -131,10 +132,10 @@ def require_one_map(run: StoredRun, what: str) -> None:
         InputError: they are missions on a district, of which only legs are known.
     """
     if run.is_on_district:
+        losses = f"navbench map losses {quoted(run.first_stack)}"
         raise InputError(
             f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "
-            f"each leg in recordings/, and navbench map losses {run.first_stack} draws what was "
-            "lost"
+            f"each leg in recordings/, and {losses} draws what was lost"
         )
 
 

@@ -38,6 +38,7 @@ from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
 from harness.report.verdict import DOUBT, going_on, repeated, undecided
 from harness.statistics.interval import Interval, wider
+from harness.storage.texts import quoted
 from navstack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -161,7 +162,7 @@ def next_command(ablation: Ablation, folder: Path) -> str:
     if len(earned) == 1 and min(earned) > 0.0:
         driven = max(arm.result.episodes for arm in ablation.arms)
         more = going_on("ablate", folder, MORE * driven)
-    return more or f"navbench explain {folder}"
+    return more or f"navbench explain {quoted(folder)}"
 
 
 def sentence(difference: ArmDifference) -> str:

@@ -18,6 +18,7 @@ from harness.storage.new_run import (
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import JOURNAL
+from harness.storage.texts import quoted
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
@@ -50,13 +51,13 @@ def no_run(folder: Path) -> str | None:
     if not (folder / TUNING_DOCUMENT).is_file():
         text = (
             f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "
-            f"{folder} finishes it"
+            f"{quoted(folder)} finishes it"
         )
         if beside := newest_run(folder.resolve().parent):
             text += f"; the newest run beside it is {folder.parent / beside}"
         return text
     runs = sorted(manifest.parent for manifest in folder.glob(f"*/*/*/{MANIFEST}"))
-    advice = f"navbench run --stack {folder / TUNED_STACK} makes a run of its file"
+    advice = f"navbench run --stack {quoted(folder / TUNED_STACK)} makes a run of its file"
     if runs:
         advice = f"give {runs[0]}, the deliveries on which its two files differ most"
     return f"'{folder}' is {kind} that is finished, and no run; {advice}"
@@ -128,7 +129,7 @@ def require_unchanged(path: Path) -> None:
         raise InputError(
             f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; "
             "restore it, or go on "
-            f"with --resume {path} --force, which marks the run as mixed"
+            f"with --resume {quoted(path)} --force, which marks the run as mixed"
         )
 
 

@@ -16,6 +16,7 @@ from harness.storage.files import (
     writing,
 )
 from harness.storage.rows import Row
+from harness.storage.texts import quoted
 from navstack.errors import InputError
 
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
@@ -40,7 +41,7 @@ def require_usable(path: Path) -> None:
     """
     left_over = (path / BEGUN).is_file() and not (path / MANIFEST).exists()
     if path.is_dir() and not left_over and any(entry.name != LOCK for entry in path.iterdir()):
-        resume = f", or --resume {path}" if (path / MANIFEST).is_file() else ""
+        resume = f", or --resume {quoted(path)}" if (path / MANIFEST).is_file() else ""
         raise InputError(
             f"output folder '{path}' is not empty; give --out a new or empty folder{resume}"
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from harness.storage.files import is_same_file
+from harness.storage.texts import quoted
 from navstack.errors import InputError
 
 
@@ -63,7 +64,7 @@ def lost_folder(path: Path, folder: Path, count: int) -> InputError:
     """What stops a program whose run folder went; its ``count`` deliveries are in ``folder``."""
     return InputError(
         f"run folder '{path}' was removed, moved or replaced while this program drove: it stops; "
-        f"its {count} finished deliveries are kept, go on with --resume {folder}"
+        f"its {count} finished deliveries are kept, go on with --resume {quoted(folder)}"
     )
 
 

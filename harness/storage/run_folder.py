@@ -25,6 +25,7 @@ from harness.storage.new_run import point_latest
 from harness.storage.rescue import contents, is_in_place, lost_folder, opened_folder, rescued
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import read_rows, write_table
+from harness.storage.texts import quoted
 from navstack.errors import InputError
 from navstack.files import check_regular
 
@@ -281,7 +282,7 @@ class RunFolder:
                 raise InputError(f"{told}; make room or choose another") from None
             kept = f"{len(self.rows)} finished deliveries are kept in {self.path / JOURNAL}"
             raise InputError(
-                f"{told}; {kept}; make room and go on with --resume {self.path}"
+                f"{told}; {kept}; make room and go on with --resume {quoted(self.path)}"
             ) from None
 
     def _recording(self, name: str) -> Path:

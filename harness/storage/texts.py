@@ -1,5 +1,6 @@
 """Texts that come from elsewhere, made such that every file, table and terminal takes them."""
 
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,11 @@ def clean_text(text: str) -> str:
 def name_of(file: str | Path) -> str:
     """The name of what a file holds: a stack or a map. One that is given by its name has that."""
     return clean_text(Path(file).stem)
+
+
+def quoted(path: str | Path) -> str:
+    """A path or another word of a command that a user pastes into a shell."""
+    return shlex.quote(str(path))
 
 
 def clean_texts(value: Any) -> Any:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from harness.execution.workers import TIME_LIMIT, NoExecutorError, Workers
+from harness.storage.texts import quoted
 from navstack.errors import InputError
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def open_workers(
             yield workers
     except NoExecutorError as error:
         raise InputError(
-            f"{error}, then go on with --resume {folder}: finished deliveries are kept"
+            f"{error}, then go on with --resume {quoted(folder)}: finished deliveries are kept"
         ) from None
 
 

@@ -24,7 +24,7 @@ from harness.storage.rows import Rows, values
 from harness.storage.run_folder import JOURNAL, count_finished
 from harness.storage.shipped import is_district
 from harness.storage.tables import read_rows
-from harness.storage.texts import clean_text
+from harness.storage.texts import clean_text, quoted
 from harness.study.stored_checks import check_events, check_plausible, check_whole
 from navstack.errors import InputError, UnknownNameError
 from navstack.files import check_regular
@@ -202,7 +202,9 @@ def _load(folder: Path) -> StoredRun:
     if not (folder / "episodes.parquet").exists():
         if message := no_run(folder):
             raise InputError(message)
-        unfinished = f"; finish it with --resume {folder}" if (folder / JOURNAL).is_file() else ""
+        unfinished = ""
+        if (folder / JOURNAL).is_file():
+            unfinished = f"; finish it with --resume {quoted(folder)}"
         raise InputError(f"run folder '{folder}' has no episodes.parquet{unfinished}")
     rows = read_rows(folder / "episodes.parquet", EPISODE_COLUMNS)
     if (waiting := count_finished(folder) - len(rows)) > 0:

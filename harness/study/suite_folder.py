@@ -8,6 +8,7 @@ from harness.storage.documents import write_file
 from harness.storage.manifest_file import extend_run
 from harness.storage.new_run import MANIFEST, create_run
 from harness.storage.parameters import parameter_folder
+from harness.storage.texts import quoted
 from harness.study.manifest import about, load_study, parameters
 from harness.study.stored_run import MOST_PEOPLE
 from harness.study.suite import Cell, Suite, cell_study, cells, load_suite
@@ -133,7 +134,7 @@ def require_alike(path: Path, cell: Cell, study: Study) -> None:
         raise InputError(
             f"run folder '{folder}' was driven with another {other[0]} than today's; remove the "
             "folder to drive it "
-            f"anew, or go on with the old one by --resume {path}"
+            f"anew, or go on with the old one by --resume {quoted(path)}"
         )
 
 

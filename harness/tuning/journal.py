@@ -16,7 +16,7 @@ from harness.storage.files import locked, no_links, require_real_folders, sync_f
 from harness.storage.journal import trouble_with
 from harness.storage.rescue import contents, is_in_place, lost_folder, rescued
 from harness.storage.run_folder import JOURNAL, MOST_JOURNAL, MOST_LINE
-from harness.storage.texts import clean_texts
+from harness.storage.texts import clean_texts, quoted
 from harness.tuning.evaluation import FIRST_TEST, MARGIN, Candidate, Value
 from navstack.errors import InputError
 from navstack.files import check_regular
@@ -160,7 +160,7 @@ class Journal:
             raise InputError(
                 f"study folder '{self.path.parent}' cannot be written ({error.strerror}); "
                 f"{len(self)} finished "
-                f"deliveries are kept; make room and go on with --resume {self.path.parent}"
+                f"deliveries are kept; make room and go on with --resume {quoted(self.path.parent)}"
             ) from None
         self._keep(json.loads(line))
         if self._ended is None:

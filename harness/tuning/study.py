@@ -8,6 +8,7 @@ from typing import Any
 
 from harness.episode.files import nav2_parameters, prices_of
 from harness.storage.new_run import TUNING
+from harness.storage.texts import quoted
 from harness.task.study import EpisodeTask, Study
 from harness.tuning.budget import Budget, enough_for
 from harness.tuning.declaration import ORIGINAL, SPACE, StudyDeclaration
@@ -239,7 +240,7 @@ def _too_short(study: TuningStudy, journal: Journal, budget: Budget) -> InputErr
     return InputError(
         f"the budget of {budget.seconds:g} s ended after {len(journal)} of the {count} training "
         f"missions of your file, before the first trial; a study on {count} takes {enough}: your "
-        f"file, a few trials, a test.{fewer} next: navbench tune --resume {folder} "
+        f"file, a few trials, a test.{fewer} next: navbench tune --resume {quoted(folder)} "
         f"--budget {enough}"
     )
 

@@ -10,6 +10,7 @@ from harness.episode.factory import Parts
 from harness.storage.files import nearby
 from harness.storage.manifest_file import accept_changes, other_study
 from harness.storage.shipped import DEFAULT_WORLD, keep_compiled_code
+from harness.storage.texts import quoted
 from harness.study.manifest import load_study, version_notes
 from harness.study.places import Where
 from harness.study.preflight import check
@@ -106,7 +107,8 @@ def drive_rest(
     path = nearby(folder.resolve())  # a link may point elsewhere before the run ends
     if known := other_study(path):
         kind, command = known
-        raise InputError(f"'{path}' is {kind}; go on with navbench {command} --resume {path}")
+        following = f"navbench {command} --resume {quoted(path)}"
+        raise InputError(f"'{path}' is {kind}; go on with {following}")
     if is_forced:
         accept_changes(path)
     study = load_study(path, where.workers)

@@ -17,7 +17,7 @@ from harness.meetings.estimators import DELIVERIES
 from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
-from harness.storage.texts import time_text
+from harness.storage.texts import quoted, time_text
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check
@@ -269,7 +269,8 @@ def _drive(
                     return written(study, base, result, evaluator, progress, journal, budget)
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished deliveries are kept in {path}"
-                say(f"interrupted {progress.when}; {kept}; next: navbench tune --resume {path}")
+                following = f"navbench tune --resume {quoted(path)}"
+                say(f"interrupted {progress.when}; {kept}; next: {following}")
                 return None
 
 

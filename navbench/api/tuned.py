@@ -13,6 +13,7 @@ from harness.report.page.document import write_study_page
 from harness.report.tuning.decision import Advice, decision, next_command, setup_of
 from harness.report.tuning.document import write_tuning
 from harness.storage.documents import write_document
+from harness.storage.texts import quoted
 from harness.study.again import PARTINGS, record_again
 from harness.study.stored_run import load_run
 from harness.task.study import Study
@@ -149,7 +150,7 @@ def _waterfall_missions(study: TuningStudy, result: StudyResult, budget: Budget,
     count = int(budget.share_of(study.episodes_of_explanation) * wanted)
     if count >= min(wanted, FEWEST_OF_WATERFALL):
         return count
-    command = f"navbench tune --resume {path} --waterfall {wanted}"
+    command = f"navbench tune --resume {quoted(path)} --waterfall {wanted}"
     say(f"note: the budget leaves no time for the waterfall; {command} drives it")
     return 0
 

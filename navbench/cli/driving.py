@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from harness.storage.texts import quoted
 from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def say_how_to_go_on(command: str, folder: Path, options: str = "") -> None:
     from navbench.api.progress import say
 
     sys.stdout.flush()
-    say(f"next: navbench {command} --resume {folder}{options}")
+    say(f"next: navbench {command} --resume {quoted(folder)}{options}")
 
 
 def write_page(driven: "Driven") -> Path | None:
@@ -120,13 +121,13 @@ def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
     from harness.storage.checksums import root_digest
 
     folder = driven.folder
-    where, following = f"run folder: {folder}", f"report {folder}"
+    where, following = f"run folder: {folder}", f"report {quoted(folder)}"
     if page is not None:
-        where, following = f"page: {page}", f"replay {folder}"
+        where, following = f"page: {page}", f"replay {quoted(folder)}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
-            following = f"explain {folder}"
+            following = f"explain {quoted(folder)}"
     if page is not None and run.is_on_district:
-        following = f"map losses {run.first_stack}"
+        following = f"map losses {quoted(run.first_stack)}"
     checksum = (root_digest(folder) or "")[:DIGITS]
     last = f"{where}; checksum {checksum}; next: navbench {following}"
     print_blocks([Text(last, "whole")], report_console())

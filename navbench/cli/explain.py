@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from harness.storage.texts import quoted
 from navbench.cli.common.dearest import chosen
 from navbench.cli.options import FULL, JSON, path_option
 from navbench.cli.values import Finite
@@ -90,7 +91,7 @@ def explain(
         print_blocks(blocks(*told), report_console())
         if others := _others(loaded, episode):
             click.echo(f"other episodes that lost something, the dearest first: {others}")
-        click.echo(f"next: navbench replay {_place(loaded)} {episode}")
+        click.echo(f"next: navbench replay {quoted(_place(loaded))} {episode}")
 
 
 def _others(run: "Run", episode: int) -> str:
@@ -130,4 +131,4 @@ def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
         some = f"episodes that have some: {others}"
     click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
-    click.echo(f"next: navbench replay {_place(run)} {episode}")
+    click.echo(f"next: navbench replay {quoted(_place(run))} {episode}")

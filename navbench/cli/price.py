@@ -8,6 +8,7 @@ from harness.analysis.sensitivity import Sensitivity, sensitivities
 from harness.report.repriced import price_set_blocks, repriced_blocks
 from harness.report.sensitivity import sensitivity_blocks, short_sensitivity
 from harness.report.tables import print_blocks, report_console
+from harness.storage.texts import quoted
 from navbench.api import money
 from navbench.api.runs import Run, load
 from navbench.cli.options import FULL, JSON, OTHER_PRICES, SETTINGS, TERMS
@@ -95,7 +96,7 @@ def price(
     told = loaded.stored, repricing.results, repricing.choices
     blocks = repriced_blocks(*told) if is_full else short_repricing(*told, _depends(repricing))
     print_blocks(blocks, report_console())
-    click.echo(f"next: navbench price {loaded.folder} --sensitivity")
+    click.echo(f"next: navbench price {quoted(loaded.folder)} --sensitivity")
 
 
 def _depends(repricing: money.Repricing) -> list[Sensitivity]:

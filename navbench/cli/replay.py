@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from harness.storage.texts import quoted
 from navbench.cli.options import path_option
 from navbench.cli.report import print_size
 
@@ -43,4 +44,5 @@ def replay(run: str, episode: int | None, html: Path | None, mcap: Path | None) 
         print_size(html, "page, ")
     if mcap:
         print_size(mcap, f"{count} messages, ")
-    click.echo(f"next: navbench explain {loaded.folder}:{loaded.stacks[0]} {episode}")
+    place = f"{loaded.folder}:{loaded.stacks[0]}"
+    click.echo(f"next: navbench explain {quoted(place)} {episode}")

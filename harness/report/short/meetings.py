@@ -13,6 +13,7 @@ from harness.report.short.check import code_text, told_verdict
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
 from harness.statistics.interval import Interval
+from harness.storage.texts import quoted
 
 METHOD = (
     "estimator meetings: a delivery among nobody, less what meetings cost that are drawn from the "
@@ -84,7 +85,7 @@ def sentence(checked: MeetingsChecked) -> str:
 def _next(checked: MeetingsChecked) -> str:
     """The command that comes next."""
     if checked.verdict == "undecided":
-        return f"next: navbench check --resume {checked.folder} --budget 30m"
+        return f"next: navbench check --resume {quoted(checked.folder)} --budget 30m"
     declaration = checked.declaration
     return f"next: navbench check {shlex.join((declaration.old, declaration.new))}"
 

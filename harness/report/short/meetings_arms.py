@@ -15,6 +15,7 @@ from harness.report.short.meetings import (
 from harness.report.short.run import aligned
 from harness.statistics.interval import fewest_missions
 from harness.storage.new_run import CHECK
+from harness.storage.texts import quoted
 
 MORE = 4  # times as many missions, where those driven decide nothing
 
@@ -43,7 +44,7 @@ def short_arms(found: MeetingsArms) -> list[Block]:
 def next_command(found: MeetingsArms) -> str:
     """As many missions as would decide the open differences, but not many times those driven."""
     if (found.folder / "params" / CHECK).is_file():
-        return f"navbench check --resume {found.folder} --budget 30m"
+        return f"navbench check --resume {quoted(found.folder)} --budget 30m"
     needed = [
         each.paired.needed or each.paired.fewest
         for each in found.differences
@@ -51,4 +52,5 @@ def next_command(found: MeetingsArms) -> str:
     ]
     most = MORE * max(found.episodes, fewest_missions(1))
     more = min(max(needed, default=most), most)
-    return f"navbench ablate --resume {found.folder} --episodes {max(more, found.episodes + 1)}"
+    episodes = max(more, found.episodes + 1)
+    return f"navbench ablate --resume {quoted(found.folder)} --episodes {episodes}"

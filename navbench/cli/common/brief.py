@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from harness.storage.texts import quoted
+
 
 class Brief(click.Command):
     """A command that shows some of its options in its help.
@@ -53,6 +55,6 @@ class Brief(click.Command):
         except click.UsageError as error:
             if type(error) is click.UsageError and "unexpected extra argument" in error.message:
                 extra = error.message.partition("(")[2].rstrip(")").split()[0]
-                hint = f"'{extra}' belongs to no option; did you mean --stack {extra}?"
+                hint = f"'{extra}' belongs to no option; did you mean --stack {quoted(extra)}?"
                 raise click.UsageError(hint, ctx) from None
             raise

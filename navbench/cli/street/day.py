@@ -7,6 +7,7 @@ import click
 from harness.fleet.study import DAYS
 from harness.report.fleet.screen import fleet_blocks
 from harness.report.tables import print_blocks, report_console
+from harness.storage.texts import quoted
 from navbench.api import day as api
 from navbench.api.runs import load
 from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS
@@ -89,4 +90,4 @@ def day(
         print_json(found.as_json())
         return
     print_blocks(fleet_blocks(found.result), report_console())
-    click.echo(f"next: open {found.page}")
+    click.echo(f"next: open {quoted(found.page)}")

@@ -6,6 +6,7 @@ import click
 
 from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
+from harness.storage.texts import quoted
 from navbench.api import street
 from navbench.api.runs import load
 from navbench.cli.options import JSON
@@ -55,7 +56,7 @@ def osm(
         return
     print_blocks(street_blocks(found), report_console())
     click.echo(found["credit"])
-    click.echo(f"next: navbench run --map {out} --stack nav2-gps-ekf --episodes 20")
+    click.echo(f"next: navbench run --map {quoted(out)} --stack nav2-gps-ekf --episodes 20")
 
 
 @click.command(
