@@ -2,7 +2,7 @@
 
 import dataclasses
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,11 +12,11 @@ from harness.storage.texts import clean_text, name_of
 from harness.task.camera_params import CameraParams
 from harness.task.own_body import own_body
 from harness.task.ros2_params import NO_ROS2, Ros2Params
-from navstack.errors import ParameterError, UnknownNameError
+from navstack.errors import InputError, ParameterError, UnknownNameError
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
-from navstack.params.strict import load_dataclass, read_text
+from navstack.params.strict import from_mapping, load_dataclass, load_yaml, read_text
 from navstack.ranges import KEPT_OUT, NotNegative, Parameters, Positive, up_to
 
 PEER = "peer"  # the localizer of whoever drives over ROS 2
@@ -135,7 +135,7 @@ def load_stack(
             stack, nav2_file=str(path.absolute()), title=f"Nav2 file {clean_text(path.name)}"
         )
     else:
-        stack = load_dataclass(Stack, path)
+        stack = _stack_of(path)
     changes: dict[str, Any] = {
         name: _beside(path, getattr(stack, name))
         for name in ("nav2_file", "planning_map", "localization_map", "robot", "sensors")
@@ -153,6 +153,22 @@ def load_stack(
     if is_nav2_file and robot is None:
         stack = _with_own_body(stack, stack.sensors if sensors else "")
     return stack
+
+
+def _stack_of(path: Path) -> Stack:
+    """The stack of a file of its own.
+
+    Raises:
+        InputError: it is another file, or has an unknown key or a value that is none.
+    """
+    mapping = load_yaml(path)
+    names = {each.name for each in dataclasses.fields(Stack)}
+    if not isinstance(mapping, Mapping) or names.isdisjoint(mapping):
+        raise InputError(
+            f"{path}: neither a Nav2 parameter file, which has <node>: {PARAMETERS}: <parameters>, "
+            "nor a stack file; give one of the two, or a name of navbench list stacks"
+        )
+    return from_mapping(Stack, mapping, str(path))
 
 
 def _with_own_body(stack: Stack, sensors: str) -> Stack:

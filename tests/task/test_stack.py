@@ -105,3 +105,15 @@ def test_a_run_goes_on_from_its_own_copies(mine: Path) -> None:
     assert all(
         parameters(stored)[name] == text for name, text in texts.items() if name.endswith(".yaml")
     )
+
+
+@pytest.mark.parametrize(
+    "text", ["", "- a\n", "<robot name='a'/>\n", "controller_server: {controller_frequency: 9.0}\n"]
+)
+def test_a_file_that_is_neither_a_stack_nor_nav2s_is_not_taken_for_a_stack(
+    tmp_path: Path, text: str
+) -> None:
+    file = tmp_path / "given.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match="neither a Nav2 parameter file, .* nor a stack file"):
+        load_stack(str(file))
