@@ -126,10 +126,12 @@ def require_unchanged(path: Path) -> None:
         InputError: it was changed.
     """
     if changed := changed_files(path, not (path / JOURNAL).exists()):
+        way_on = f"go on with --resume {quoted(path)} --force, which marks the run as mixed"
+        if other_study(path):  # whose commands take no --force
+            way_on = "begin anew in another folder"
         raise InputError(
             f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; "
-            "restore it, or go on "
-            f"with --resume {quoted(path)} --force, which marks the run as mixed"
+            f"restore it, or {way_on}"
         )
 
 

@@ -32,6 +32,7 @@ from harness.report.short.check import MARKDOWN, check_markdown
 from harness.statistics.interval import Interval
 from harness.storage.documents import write_file
 from harness.storage.files import require_writable
+from harness.storage.manifest_file import read_manifest
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
 from harness.storage.run_folder import RunFolder
 from harness.storage.texts import name_of
@@ -135,10 +136,11 @@ def resume_check(
     """Go on with the check of a run folder; otherwise as :func:`check`.
 
     Raises:
-        InputError: also, the folder is no check's.
+        InputError: also, there is no such folder, or it is no check's.
     """
     require_markdown(markdown)
     path = folder.resolve()  # a link may point elsewhere before the run ends
+    read_manifest(path)
     declared = path / "params" / CHECK
     if not declared.is_file():
         raise InputError(

@@ -100,6 +100,14 @@ def test_what_the_sides_do_not_share_is_told_of_both(write_run, navbench) -> Non
     assert "people 20 (" in first and "people 7 (" in first
 
 
+def test_a_changed_folder_is_offered_no_option_that_its_command_lacks(write_run, navbench) -> None:
+    run = write_run("before", episodes=2)
+    (run / "params" / ABLATION).write_text("a: 1\n")
+    (run / "params" / "world.yaml").write_text("count: 1\n")
+    status, _, err = navbench("ablate", "--resume", run)
+    assert status == 1 and "restore it, or begin anew" in err and "--force" not in err
+
+
 @pytest.mark.parametrize("mark", [ABLATION, CHECK])
 def test_only_the_folder_of_a_check_is_gone_on_with(write_run, navbench, mark: str) -> None:
     run = write_run("be fore", ["old", "new"])
@@ -154,6 +162,7 @@ def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
         (("nav2-stock", "{run}"), 1, "give two Nav2 files or stacks, or two run folders"),
         (("{run}", "{run}", "--seed", "3"), 1, "leave out --seed"),
         (("--resume", "{run}"), 1, "is no check"),
+        (("--resume", "{run}/nowhere"), 1, "holds no run"),
     ],
 )
 def test_what_cannot_be_checked_is_one_line(
