@@ -42,7 +42,7 @@ from harness.study.places import Where, open_workers
 from harness.study.preflight import check as notes_of
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study, usable_workers
-from navbench.api.driving import any_text, say_notes, say_what_failed
+from navbench.api.driving import any_text, say_interrupted, say_notes, say_what_failed
 from navbench.api.progress import Bar, say, shown
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
@@ -242,7 +242,7 @@ class Watch(Bar):
         if not self._looks.missions:
             return "no mission is finished yet"
         missions = counted(self._looks.missions, "mission")
-        bound = interval_text(self._looks.bound, 2, True)
+        bound = interval_text(self._looks.bound, 2, True, "no look yet")
         return f"{missions}, NEW less OLD [USD]: {bound}"
 
 
@@ -267,7 +267,7 @@ def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: floa
     first, second = (Side(run.only(name), run.only(name).stacks[0]) for name in SIDES)
     checked = evaluate(first, second, declaration.within, looks.missions)
     if is_stopped:
-        say(f"interrupted after {looks.missions} missions, which are kept in {path}")
+        say_interrupted(looks.missions, counted(looks.missions, "mission"), path)
     return CheckResult(declaration, checked, is_stopped)
 
 

@@ -147,7 +147,7 @@ def drive_folder(study: Study, path: Path, where: Where) -> Driven:
     say_what_failed(folder.rows.where(any_text, "error", "stack_error"))
     if is_stopped:
         tally.done = len(folder.rows)  # the last one may have been kept and not yet counted
-        say_interrupted(tally, path)
+        say_interrupted(tally.done, f"{tally.done} of {tally.total} deliveries", path)
     return Driven(study, path, results, is_stopped)
 
 
@@ -188,9 +188,15 @@ def any_text(*texts: str | None) -> bool:
     return any(texts)
 
 
-def say_interrupted(tally: Tally, path: Path) -> None:
-    """Tell what an interrupt leaves; the command tells how to go on."""
+def say_interrupted(finished: int, told: str, path: Path) -> None:
+    """Tell what an interrupt leaves; the command tells how to go on.
+
+    Args:
+        finished: how many deliveries or missions.
+        told: the same in words.
+        path: of the folder that keeps them.
+    """
     kept = "none was finished"
-    if tally.done:
+    if finished:
         kept = f"the finished ones are kept in {path}"
-    say(f"interrupted after {tally.done} of {tally.total} deliveries; {kept}")
+    say(f"interrupted after {told}; {kept}")

@@ -178,7 +178,7 @@ def _drive(path: Path, declared: Suite, portion: Portion, where: Where) -> Suite
             note_session(path, session_of(driven))
     say_what_failed(failed)
     if interrupted:
-        say_interrupted(tally, path)
+        say_interrupted(tally.done, f"{tally.done} of {tally.total} deliveries", path)
     return SuiteRun(path, write_overview(path), interrupted, bool(failed))
 
 

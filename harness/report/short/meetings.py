@@ -77,8 +77,9 @@ def sentence(checked: MeetingsChecked) -> str:
     if checked.more_needed is not None:
         more = f"; about {count_text(checked.more_needed)} missions more would decide"
     if checked.result is not None and checked.bound.value is None:
-        driven = counted(len(checked.result.margins), "mission")
-        return f"not decided: the first look comes after {NUMBERS[0]} missions, of {driven}{more}"
+        driven = len(checked.result.margins)
+        first = f"the first look comes after {NUMBERS[0]} missions"
+        return f"not decided: {first}; finished so far: {driven}{more}"
     return told_verdict(checked.bound, checked.verdict, checked.declaration.within, more)
 
 

@@ -12,9 +12,11 @@ from harness.meetings.allowed import INSTEAD
 from harness.meetings.estimate import missions_driven
 from harness.meetings.kept import KeptMissions
 from harness.meetings.mission import MissionDrive
+from harness.report.numbers import counted
 from harness.report.short.setup import nearest
 from harness.study.places import Where
 from harness.task.study import Study
+from navbench.api.driving import say_interrupted
 from navbench.api.progress import Bar, say, shown
 from navstack.errors import InputError
 
@@ -52,10 +54,7 @@ def is_interrupted(
     try:
         _drive(study, kept, where, bar, is_enough, until)
     except KeyboardInterrupt:
-        left = "none was finished"
-        if kept.number:
-            left = f"the finished ones are kept in {kept.file.parent}"
-        say(f"interrupted after {kept.number} missions; {left}")
+        say_interrupted(kept.number, counted(kept.number, "mission"), kept.file.parent)
         return True
     return False
 
