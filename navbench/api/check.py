@@ -3,11 +3,10 @@
 import contextlib
 import dataclasses
 import sys
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from harness.analysis.check import (
     ALIKE,
@@ -25,11 +24,12 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
-from harness.meetings.estimators import MEETINGS
+from harness.meetings.allowed import INSTEAD, require_meetings
+from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
-from harness.report.numbers import counted, interval_text
+from harness.report.numbers import counted
 from harness.report.short.check import MARKDOWN, check_markdown
-from harness.statistics.interval import Interval
+from harness.report.short.meetings import meetings_markdown
 from harness.storage.documents import write_file
 from harness.storage.files import require_writable
 from harness.storage.manifest_file import read_manifest
@@ -43,7 +43,9 @@ from harness.study.preflight import check as notes_of
 from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study, usable_workers
 from navbench.api.driving import any_text, say_interrupted, say_notes, say_what_failed
-from navbench.api.progress import Bar, say, shown
+from navbench.api.meetings.check import drive_meetings
+from navbench.api.meetings.driving import require_local
+from navbench.api.progress import Watch, say, shown
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
@@ -81,19 +83,21 @@ def check(
     *,
     within: float = ALIKE,
     budget: float = BUDGET,
+    estimator: str = DELIVERIES,
     markdown: Path | None = None,
     out: Path | None = None,
     where: Where | None = None,
     map: str = "sidewalk",  # noqa: A002 - as the option is called
     **options: Any,
-) -> CheckResult:
-    """Tell whether NEW earns more or less than OLD, by deliveries of the same missions.
+) -> CheckResult | MeetingsChecked:
+    """Tell whether NEW earns more or less than OLD, on the same missions.
 
     Args:
         old: a name of params/stacks, a stack file or a Nav2 parameter file; or a finished run.
         new: another one of the same kind.
         within: [USD] a delivery; a difference that is surely no larger makes them alike.
-        budget: [s] of wall time for deliveries.
+        budget: [s] of wall time for driving.
+        estimator: deliveries, or meetings with people.
         markdown: file for a comment on a pull request; None: none.
         out: run folder; None: ``results/<time>-check-<new>``.
         where: deliveries are driven; None: on this machine.
@@ -105,9 +109,10 @@ def check(
 
     Raises:
         InputError: a value that ``navbench run`` would refuse too, runs without a mission in
-            common, or a run on one side only.
+            common, or a run on one side only; by meetings also finished runs, and what
+            :func:`require_meetings` refuses.
     """
-    declaration = CheckDeclaration(old, new, within)
+    declaration = CheckDeclaration(old, new, within, estimator)
     require_markdown(markdown)
     if is_run(old) != is_run(new):
         raise InputError(
@@ -115,10 +120,14 @@ def check(
             "run folders"
         )
     if is_run(old):
-        found = CheckResult(declaration, of_runs(old, new, within))
-        return written(found, markdown)
+        if estimator == MEETINGS:
+            raise InputError(f"'{old}' is a finished run, which holds no meetings; {INSTEAD}")
+        return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
     where = where or Where()
     study = study_of(old, new, where, map_name=map, **options)
+    if estimator == MEETINGS:
+        require_local(where)
+        require_meetings(study)
     if is_same(study):
         return written(CheckResult(declaration, None), markdown)
     path = out or default_folder(f"check-{name_of(new)}")
@@ -126,8 +135,8 @@ def check(
     notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
     texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
-    found = _drive(path, declaration, where, budget)
-    return written(dataclasses.replace(found, notes=notes), markdown)
+    found = _driven(path, declaration, where, budget)
+    return written(dataclasses.replace(found, notes=tuple(notes)), markdown)
 
 
 def resume_check(
@@ -148,11 +157,7 @@ def resume_check(
         )
     say_notes(version_notes(path))
     declaration = load_dataclass(CheckDeclaration, declared)
-    if declaration.estimator == MEETINGS:
-        from navbench.api.meetings.check import resume_by_meetings
-
-        return resume_by_meetings(path, declaration, budget, markdown, where or Where())
-    return written(_drive(path, declaration, where or Where(), budget), markdown)
+    return written(_driven(path, declaration, where or Where(), budget), markdown)
 
 
 def is_run(given: str) -> bool:
@@ -211,39 +216,13 @@ def is_same(study: Study) -> bool:
     return known[0] == known[1]
 
 
-class HasBound(Protocol):
-    """Missions so far, and the bound of the last look at them."""
-
-    bound: Interval
-
-    @property
-    def missions(self) -> int:
-        """How many there are."""
-
-
-class Watch(Bar):
-    """Seconds of the budget, missions and the bound so far."""
-
-    def __init__(self, looks: HasBound, budget: float) -> None:
-        self._looks, self._start = looks, time.monotonic()
-        self.until = self._start + budget  # [s] of the monotonic clock
-        super().__init__("{done:.0f} of {total:.0f} s", budget)
-
-    @property
-    def text(self) -> str:
-        """Seconds, missions and bound."""
-        seconds = f"{time.monotonic() - self._start:.0f} of {self.total:.0f} s"
-        return f"{seconds}: {self.note}"
-
-    @property
-    def note(self) -> str:
-        """Missions and bound."""
-        self.done = time.monotonic() - self._start
-        if not self._looks.missions:
-            return "no mission is finished yet"
-        missions = counted(self._looks.missions, "mission")
-        bound = interval_text(self._looks.bound, 2, True, "no look yet")
-        return f"{missions}, NEW less OLD [USD]: {bound}"
+def _driven(
+    path: Path, declaration: CheckDeclaration, where: Where, budget: float
+) -> CheckResult | MeetingsChecked:
+    """What a folder comes to by its estimator, with the missions that it lacks."""
+    if declaration.estimator == MEETINGS:
+        return drive_meetings(path, declaration, where, budget)
+    return _drive(path, declaration, where, budget)
 
 
 def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: float) -> CheckResult:
@@ -330,10 +309,15 @@ class Differences:
         return float(margin[0])
 
 
-def written(found: CheckResult, markdown: Path | None) -> CheckResult:
+def written(
+    found: CheckResult | MeetingsChecked, markdown: Path | None
+) -> CheckResult | MeetingsChecked:
     """Write the comment for a pull request, if there is to be one."""
     if markdown is not None:
-        write_file(markdown, check_markdown(found.checked, found.declaration))
+        if isinstance(found, MeetingsChecked):
+            write_file(markdown, meetings_markdown(found))
+        else:
+            write_file(markdown, check_markdown(found.checked, found.declaration))
     return found
 
 

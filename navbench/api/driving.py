@@ -188,7 +188,7 @@ def any_text(*texts: str | None) -> bool:
     return any(texts)
 
 
-def say_interrupted(finished: int, told: str, path: Path) -> None:
+def say_interrupted(finished: float, told: str, path: Path) -> None:
     """Tell what an interrupt leaves; the command tells how to go on.
 
     Args:

@@ -12,6 +12,8 @@ from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 
+from harness.report.numbers import counted, interval_text
+from harness.statistics.interval import Interval
 from harness.storage.texts import time_text
 
 LINE_PERIOD = 10.0  # [s] between lines where there is no terminal
@@ -145,3 +147,38 @@ def count_shown(what: str, total: int) -> Iterator[Callable[[], None]]:
 def say(line: str) -> None:
     """Write a line on standard error."""
     Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)
+
+
+class HasBound(Protocol):
+    """Missions so far, and the bound of the last look at them."""
+
+    bound: Interval
+
+    @property
+    def missions(self) -> int:
+        """How many there are."""
+
+
+class Watch(Bar):
+    """Seconds of the budget, missions and the bound so far."""
+
+    def __init__(self, looks: HasBound, budget: float) -> None:
+        self._looks, self._start = looks, time.monotonic()
+        self.until = self._start + budget  # [s] of the monotonic clock
+        super().__init__("{done:.0f} of {total:.0f} s", budget)
+
+    @property
+    def text(self) -> str:
+        """Seconds, missions and bound."""
+        seconds = f"{time.monotonic() - self._start:.0f} of {self.total:.0f} s"
+        return f"{seconds}: {self.note}"
+
+    @property
+    def note(self) -> str:
+        """Missions and bound."""
+        self.done = time.monotonic() - self._start
+        if not self._looks.missions:
+            return "no mission is finished yet"
+        missions = counted(self._looks.missions, "mission")
+        bound = interval_text(self._looks.bound, 2, True, "no look yet")
+        return f"{missions}, NEW less OLD [USD]: {bound}"

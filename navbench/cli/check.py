@@ -61,7 +61,6 @@ def check(
     new: str | None,
     budget: str,
     fail_if: str | None,
-    estimator: str,
     markdown: Path | None,
     resume: Path | None,
     where: "Where",
@@ -90,7 +89,6 @@ def check(
     from harness.tuning.declaration import parse_duration
     from navbench.api import check as api
     from navbench.api.driving import say_notes
-    from navbench.api.meetings.check import check_by_meetings
     from navbench.cli.common.ending import print_with_notes
 
     seconds = parse_duration(budget)
@@ -100,13 +98,9 @@ def check(
         found = api.resume_check(resume, seconds, markdown, where)
     elif old is None or new is None:
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
-    elif estimator == "meetings":
-        found = check_by_meetings(
-            old, new, budget=seconds, markdown=markdown, where=where, **choices
-        )
     else:
         if api.is_run(old) and api.is_run(new):
-            kept = ("old", "new", "fail_if", "markdown", "within")
+            kept = ("old", "new", "fail_if", "markdown", "within", "estimator")
             refuse_others(context, *kept, why="finished runs are not driven again")
         found = api.check(old, new, budget=seconds, markdown=markdown, where=where, **choices)
     if as_json:

@@ -14,7 +14,7 @@ from harness.meetings.kept import FILE
 from harness.report.short.meetings import short_meetings
 from harness.storage.shipped import shipped
 from harness.study.places import Where
-from navbench.api.meetings.check import check_by_meetings
+from navbench.api.check import check
 from tests.rules import short_rules
 
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
@@ -52,9 +52,10 @@ def checked(
     """A check of eight missions, after which it is decided."""
     old, new, *rest = words
     options = dict(zip(rest[::2], rest[1::2], strict=True))
-    found = check_by_meetings(
+    found = check(
         old,
         new,
+        estimator="meetings",
         within=95.0,
         out=tmp_path_factory.mktemp("runs") / "run",
         rules=options["--rules"],
