@@ -16,6 +16,7 @@ from navstack.params.nav2_file.views import (
 )
 
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
+MAP = "map_server: {ros__parameters: {use_sim_time: true}}\n"
 HEAD = "controller_server:\n  ros__parameters:\n    FollowPath:\n"
 CRITICS = (
     HEAD
@@ -141,7 +142,9 @@ def test_nodes_of_other_packages_are_left_alone(inspect):
         "gazebo: no node of Nav2; its parameters are not read" in warning
         for warning in nav2.warnings
     )
-    assert "did you mean 'amcl'" in only_error(inspect("acml: {ros__parameters: {alpha1: 0.1}}"))
+    assert "did you mean 'amcl'" in only_error(
+        inspect(f"{MAP}acml: {{ros__parameters: {{alpha1: 0.1}}}}")
+    )
 
 
 def test_plugins_of_other_packages_do_not_keep_a_file_from_loading(inspect):
