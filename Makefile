@@ -6,12 +6,13 @@ READY := $(VENV)/.ready
 TOOLS := $(VENV)/.tools
 DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
-.PHONY: help run test check mutants docs wheel bench check-speed parity frozen clean
+.PHONY: help run test test-slow check mutants docs wheel bench check-speed parity frozen clean
 AGAINST ?= HEAD
 
 help:
 	@echo "make run    install, drive 20 deliveries with each of two stacks, print who earns more, write a page"
 	@echo "make test   run the tests"
+	@echo "make test-slow  run the tests that make test leaves out"
 	@echo "make check  lint, types and import rules"
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
 	@echo "make docs   build the documentation into site/"
@@ -37,7 +38,10 @@ run: $(READY)
 	@$(BIN)/navbench run --stack nav2-gps-ekf --stack evasive-gps-ekf --episodes 20 --page
 
 test: $(TOOLS)
-	$(DATA) $(BIN)/pytest -n auto --dist loadscope --no-loadscope-reorder
+	$(DATA) $(BIN)/pytest -m "not slow" -n auto --dist loadscope --no-loadscope-reorder
+
+test-slow: $(TOOLS)
+	$(DATA) $(BIN)/pytest -m slow -n auto --dist loadscope --no-loadscope-reorder
 
 check: $(TOOLS)
 	$(BIN)/ruff check .

@@ -95,7 +95,7 @@ def runnable(page: Path) -> list[Command]:
 DRIVEN = [page for page in PAGES if runnable(page)]
 
 
-@pytest.mark.slow
+@pytest.mark.early
 @pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
 def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path) -> None:
     forget()

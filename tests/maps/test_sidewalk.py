@@ -47,6 +47,7 @@ def digest(scene: Scene) -> str:
 
 
 # the first: tests/maps/test_cli_map.py
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sidewalk_1", "sidewalk_2"])
 def test_the_shipped_worlds_are_those_of_their_seeds(name: str) -> None:
     assert digest(generate(WORLDS[name])) == digest(load_scene(name))

@@ -106,6 +106,7 @@ def test_no_part_of_a_shipped_stack_is_left_out() -> None:
     assert set().union(*(parts(name) for name in others)) <= driven
 
 
+@pytest.mark.slow
 def test_rows_are_equal_byte_for_byte(runs: dict[str, Path]) -> None:
     own = runs["the machine's own"]
     for table in ("episodes", "events"):
@@ -113,6 +114,7 @@ def test_rows_are_equal_byte_for_byte(runs: dict[str, Path]) -> None:
         assert (runs["oldest"] / f"{table}.parquet").read_bytes() == expected, table
 
 
+@pytest.mark.slow
 def test_somebody_comes_near_in_each_delivery(runs: dict[str, Path]) -> None:
     rows = pq.read_table(runs["the machine's own"] / "episodes.parquet").to_pylist()
     assert len(rows) == len(STACKS)
@@ -120,6 +122,7 @@ def test_somebody_comes_near_in_each_delivery(runs: dict[str, Path]) -> None:
     assert any(row["pedestrian_contacts"] for row in rows)
 
 
+@pytest.mark.slow
 def test_a_run_says_on_which_machine_it_was_driven(runs: dict[str, Path]) -> None:
     machines = [json.loads((run / "run.json").read_text())["machine"] for run in runs.values()]
     assert machines[1:] == machines[:-1]
