@@ -1,6 +1,7 @@
 """``navbench localize`` from the command line to the trajectory."""
 
 import contextlib
+import functools
 import io
 import json
 import math
@@ -226,17 +227,29 @@ def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
     assert replay(bag, "odom_imu")["final"][0] == pytest.approx(9.98, abs=0.15)
 
 
+@pytest.fixture(scope="module")
+def over_hill(tmp_path_factory):
+    """The bag of a drive over a hill of a slope, and x, y and way [m] at its end."""
+
+    @functools.cache
+    def made(slope):
+        entries, end = hill.drive(slope)
+        return write(tmp_path_factory.mktemp("hill") / "hill", entries, "mcap"), end
+
+    return made
+
+
 @pytest.mark.parametrize("localizer", ["odom_imu", "gps-ekf"])
 @pytest.mark.parametrize("slope", [0.0, 0.2])
-def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(tmp_path, slope, localizer):
+def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(over_hill, slope, localizer):
     """Up and down again, with bends on the slope: the end to 1 % of the way."""
-    entries, (x, y, way) = hill.drive(slope)
+    bag, (x, y, way) = over_hill(slope)
     datum = ("--datum", ",".join(map(str, DATUM))) if localizer == "gps-ekf" else ()
-    end = replay(write(tmp_path / "hill", entries, "mcap"), localizer, *datum)["final"]
+    end = replay(bag, localizer, *datum)["final"]
     assert math.hypot(end[0] - x, end[1] - y) <= 0.01 * way
 
 
-@pytest.mark.parametrize("slope", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("slope", [0.1, 0.3])
 def test_gravity_is_not_taken_for_slipping_wheels(tmp_path, slope):
     """A unit without orientation: nothing tells the slope, so that the way is as long as driven."""
     entries, (x, y, _) = hill.drive(slope)

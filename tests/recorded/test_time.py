@@ -1,6 +1,7 @@
 """Logs in which clocks were set back or ahead, or stood."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -36,16 +37,31 @@ def entries(change, topics=("/odom", "/imu/data", "/fix"), recorder=False):
 
 def follow(tmp_path, capsys, localizer, *of_entries, **more):
     """The document of a replay, and what was said."""
-    bag = write(tmp_path / "log", entries(*of_entries, **more), "ros1")
+    return told(write(tmp_path / "log", entries(*of_entries, **more), "ros1"), capsys, localizer)
+
+
+def told(bag, capsys, localizer):
     document = replay(bag, localizer, "--initial-pose", "0,0,0,0.1,0.01")
     return document, capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def bag_of(tmp_path_factory):
+    """A log in which clocks were set by a step [s], with or without the recorder's."""
+
+    @functools.cache
+    def made(step, recorder):
+        log = entries(lambda each: each + step, recorder=recorder)
+        return write(tmp_path_factory.mktemp("set") / "log", log, "ros1")
+
+    return made
 
 
 @pytest.mark.parametrize("localizer", ["odom_imu", "gps-ekf", "gps"])
 @pytest.mark.parametrize("step", [-40.0, -7.0, -2.0, 2.0, 7.0, 40.0])
 @pytest.mark.parametrize("recorder", [False, True])
-def test_a_clock_that_was_set(tmp_path, capsys, localizer, step, recorder):
-    found, said = follow(tmp_path, capsys, localizer, lambda each: each + step, recorder=recorder)
+def test_a_clock_that_was_set(bag_of, capsys, localizer, step, recorder):
+    found, said = told(bag_of(step, recorder), capsys, localizer)
     is_pause = recorder and step > 0.0  # nobody can tell the two apart
     if is_pause and localizer == "odom_imu":
         assert found["degraded_s"] + found["lost_s"] > SECONDS - AT - 0.1
