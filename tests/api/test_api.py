@@ -16,10 +16,12 @@ from navbench.cli.app import app
 def run(
     tmp_path_factory: pytest.TempPathFactory,
     driven_in_process: Callable[[], AbstractContextManager[None]],
+    hall: Path,
 ) -> navbench.Run:
     folder = tmp_path_factory.mktemp("api") / "run"
+    given = {"map": str(hall), "pedestrians": 3, "seed": 5}
     with driven_in_process():
-        return navbench.run(["nav2-gps", "parked"], 2, pedestrians=3, seed=5, workers=1, out=folder)
+        return navbench.run(["nav2-gps", "parked"], 2, workers=1, out=folder, **given)
 
 
 def test_everything_that_is_promised_is_there() -> None:
@@ -93,10 +95,10 @@ def test_planners_answer_as_the_command_does(capsys: pytest.CaptureFixture[str])
     assert path.length == pytest.approx(printed["length_m"], abs=1e-6)
 
 
-def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run) -> None:
-    delivery = navbench.make_world("nav2-gps", seed=5, episode=1, pedestrians=3)
-    # two at once in a process
-    other = navbench.make_world("parked", seed=5, episode=1, pedestrians=3)
+def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run, hall: Path) -> None:
+    given = {"map": str(hall), "pedestrians": 3, "seed": 5, "episode": 1}
+    delivery = navbench.make_world("nav2-gps", **given)
+    other = navbench.make_world("parked", **given)  # two at once in a process
     with pytest.raises(ValueError, match="goes on"):
         delivery.finish()
     while delivery.verdict is None:

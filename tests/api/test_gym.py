@@ -2,7 +2,6 @@
 
 import sys
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,27 +18,27 @@ DeliveryEnv = pytest.importorskip("navbench.gym").DeliveryEnv
 
 
 @pytest.fixture
-def env() -> Any:
-    made = DeliveryEnv("nav2-gps-ekf", pedestrians=4)
+def env(hall: Path) -> Any:
+    made = DeliveryEnv("nav2-gps-ekf", pedestrians=4, map=str(hall))
     yield made
     made.close()
 
 
-def test_gymnasium_finds_nothing_to_complain_about() -> None:
+def test_gymnasium_finds_nothing_to_complain_about(hall: Path) -> None:
     from gymnasium.utils.env_checker import check_env
 
-    env = gymnasium.make(
-        "navbench.gym:navbench/Delivery-v0", stack="nav2-gps-ekf", pedestrians=2, sees_people=True
-    )
+    given = {"stack": "nav2-gps-ekf", "map": str(hall), "pedestrians": 2, "sees_people": True}
+    env = gymnasium.make("navbench.gym:navbench/Delivery-v0", **given)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
     env.close()
 
 
-def test_the_reward_is_the_contribution_margin(tmp_path: Path) -> None:
+def test_the_reward_is_the_contribution_margin(tmp_path: Path, hall: Path) -> None:
     (tmp_path / "short.yaml").write_text(short_rules(20.0))
-    env = DeliveryEnv("nav2-gps-ekf", pedestrians=4, rules=str(tmp_path / "short.yaml"))
+    given = {"map": str(hall), "rules": str(tmp_path / "short.yaml")}
+    env = DeliveryEnv("nav2-gps-ekf", pedestrians=4, **given)
     env.reset(seed=3)
     total, by_term, is_over = 0.0, {}, False
     rng = np.random.default_rng(0)
@@ -72,12 +71,13 @@ def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
         env.step(np.array((np.nan, 0.0)))
 
 
-def test_a_camera_shows_the_same_scene_again() -> None:
+def test_a_camera_shows_the_same_scene_again(hall: Path) -> None:
     from gymnasium.utils.env_checker import check_env
 
     from navbench import CameraParams
 
-    env = DeliveryEnv("nav2-gps-ekf", pedestrians=2, camera=CameraParams(40, 30))
+    camera = CameraParams(40, 30)
+    env = DeliveryEnv("nav2-gps-ekf", pedestrians=2, map=str(hall), camera=camera)
     check_env(env, skip_render_check=True)
     first, again = (env.reset(seed=2)[0]["image"] for _ in range(2))
     assert first.shape == (30, 40, 3) and first.std() > 1.0
@@ -90,8 +90,10 @@ def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
         DeliveryEnv("parked")
 
 
-@pytest.mark.slow
-def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path, in_process: None) -> None:
+@pytest.mark.early
+def test_the_same_commands_give_the_rows_of_a_run(
+    tmp_path: Path, hall: Path, in_process: None
+) -> None:
     import navbench
 
     sys.path.insert(0, str(tmp_path))
@@ -111,12 +113,13 @@ def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path, in_process: No
         "title: Steered\nnavigator: steering.py:Steering\nnav2_file: gps_ekf\nlocalizer: gps-ekf\n"
         "planning_map: geometry\nsensors: rtk_good\ncarries: [lidar, gps]\nrobot: segway_e1\n"
     )
-    stored = (
-        navbench.run(str(stack), 2, seed=11, workers=1, out=tmp_path / "run").table().to_pylist()
-    )
+    given = {"map": str(hall), "pedestrians": 4}
+    run = navbench.run(str(stack), 2, seed=11, workers=1, out=tmp_path / "run", **given)
+    stored = run.table().to_pylist()
+    assert "sla" in {row["outcome"] for row in stored}, "none has arrived"
     from steering import Steering  # type: ignore[import-not-found]
 
-    env, policy = DeliveryEnv(str(stack)), Steering()
+    env, policy = DeliveryEnv(str(stack), **given), Steering()
     for episode, expected in enumerate(stored):
         env.reset(seed=11, options={"episode": episode})
         is_over = False
@@ -127,9 +130,11 @@ def test_the_same_commands_give_the_rows_of_a_run(tmp_path: Path, in_process: No
     sys.path.remove(str(tmp_path))
 
 
-@pytest.mark.slow
-def test_several_in_processes_of_their_own() -> None:
-    made: Callable[[], Any] = lambda: DeliveryEnv("nav2-gps-ekf", pedestrians=2)  # noqa: E731
+@pytest.mark.early
+def test_several_in_processes_of_their_own(hall: Path) -> None:
+    def made() -> Any:
+        return DeliveryEnv("nav2-gps-ekf", pedestrians=2, map=str(hall))
+
     envs = gymnasium.vector.AsyncVectorEnv([made, made], context="spawn")
     try:
         seen, _ = envs.reset(seed=[0, 1])
