@@ -30,7 +30,7 @@ distributed = pytest.importorskip(
 from harness.execution.dask_cluster import DaskCluster  # noqa: E402 - needs distributed
 
 Here = Callable[[], AbstractContextManager[None]]
-EPISODES = 6
+EPISODES = 8
 RULES = short_rules(2.0)
 SAME = ("episodes.parquet", "events.parquet", "summary.json")  # whatever the machine does
 TIME_LIMIT = 8.0  # [s]
@@ -180,10 +180,17 @@ def test_workers_that_live_on_read_files_that_changed_between_studies(
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
+def study(tmp_path_factory: pytest.TempPathFactory, hall: Path) -> Study:
     rules = tmp_path_factory.mktemp("files") / "short.yaml"
     rules.write_text(RULES)
-    return make_study(stacks=["parked"], episodes=EPISODES, seed=3, pedestrians=4, rules=str(rules))
+    return make_study(
+        stacks=["parked"],
+        episodes=EPISODES,
+        seed=3,
+        pedestrians=4,
+        rules=str(rules),
+        map_name=str(hall),
+    )
 
 
 def begin(path: Path, study: Study) -> Path:
@@ -298,7 +305,7 @@ def kept(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in found.items()}
 
 
-@pytest.mark.slow
+@pytest.mark.early
 @pytest.mark.parametrize("command", STUDIES)
 def test_studies_of_every_kind_have_the_rows_of_local_ones(
     two: Any,

@@ -50,11 +50,12 @@ class Shuffled(Workers):
         return super().run(function, shuffled, *more)
 
 
-def options(folder: Path) -> dict[str, Any]:
-    """A study of short deliveries with files of the user's own."""
+def options(folder: Path, hall: Path) -> dict[str, Any]:
+    """A study of short deliveries in a hall with files of the user's own."""
     (folder / "short.yaml").write_text(RULES)
     (folder / "world.yaml").write_text((shipped("params") / "worlds" / "easy.yaml").read_text())
     files = {"rules": str(folder / "short.yaml"), "world": str(folder / "world.yaml")}
+    files["map_name"] = str(hall)
     return {"stacks": ["parked"], "episodes": EPISODES, "seed": 3, "pedestrians": 4, **files}
 
 
@@ -97,8 +98,8 @@ def complain(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    return make_study(**options(tmp_path_factory.mktemp("files")))
+def study(tmp_path_factory: pytest.TempPathFactory, hall: Path) -> Study:
+    return make_study(**options(tmp_path_factory.mktemp("files"), hall))
 
 
 @pytest.fixture(scope="module")
@@ -122,18 +123,20 @@ def test_the_order_of_work_changes_nothing(study: Study, whole: Path, tmp_path: 
     assert same(path) == same(whole)
 
 
-def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path) -> None:
+def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path, hall: Path) -> None:
     """The user's files change and vanish after the beginning."""
-    path = begin(tmp_path / "run", make_study(**options(tmp_path)))
+    path = begin(tmp_path / "run", make_study(**options(tmp_path, hall)))
     go_on(path, 2)
     (tmp_path / "short.yaml").write_text(short_rules(3.0))
     (tmp_path / "world.yaml").unlink()
     assert same(go_on(path)) == same(whole)
 
 
-def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_path: Path) -> None:
+def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(
+    whole: Path, tmp_path: Path, hall: Path
+) -> None:
     path = tmp_path / "run"
-    given = options(tmp_path)
+    given = options(tmp_path, hall)
     arguments = [
         "--stack",
         "parked",
@@ -149,6 +152,8 @@ def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(whole: Path, tmp_p
         given["rules"],
         "--world",
         given["world"],
+        "--map",
+        given["map_name"],
         "--out",
         str(path),
         "--workers",
@@ -298,7 +303,7 @@ def test_a_folder_without_a_run_is_refused(
     ("key", "value", "words"),
     [
         ("versions", {"navbench": "0.0.1"}, "made by navbench 0.0.1"),
-        ("map_sha256", "0" * 64, "map 'sidewalk' has changed"),
+        ("map_sha256", "0" * 64, "map '.*hall.yaml' has changed"),
         ("episodes", 0, "whole number of 1 to"),
         ("episodes", 1e9, "not a whole number"),
         ("stacks", [], "stacks"),
