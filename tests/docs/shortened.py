@@ -60,7 +60,14 @@ EXCHANGED = {
 }
 
 # Texts of files in the pages that are exchanged before the file is written.
+ON_SMALL_MAP = f'map="{SMALL_MAP}"'
 IN_FILES = {
+    "first_plot.py": (("episodes=4", f'episodes=1, rules="{SHORT_RULES}", {ON_SMALL_MAP}'),),
+    "by_hand.py": (
+        ("pedestrians=0", f"pedestrians=0, {ON_SMALL_MAP}"),
+        ("stamp < 10.0", f"stamp < {SHORT_TIMEOUT}"),
+    ),
+    "ten_steps.py": (("pedestrians=20", f"pedestrians=20, {ON_SMALL_MAP}"),),
     "my_suite.yaml": (
         ("maps: [sidewalk, sidewalk_1]", f"maps: [{SMALL_MAP}]"),
         ("worlds: [easy, social]", "worlds: [easy]"),
