@@ -227,10 +227,10 @@ def tune_here(task: EpisodeTask, folder: Path, *more: str) -> None:
     assert leaving.value.code == 0
 
 
-def tune(task: EpisodeTask, more: list[str]) -> "subprocess.Popen[str]":
-    """A study in a process of its own, with two workers."""
+def tune(task: EpisodeTask, workers: int, more: list[str]) -> "subprocess.Popen[str]":
+    """A study in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
-    words = [*NAVBENCH, *arguments(task, 2, more)]
+    words = [*NAVBENCH, *arguments(task, workers, more)]
     return subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
 
 
@@ -244,7 +244,7 @@ def told(text: str, folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]
     )
 
 
-@pytest.mark.slow
+@pytest.mark.early
 def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     tmp_path: Path,
     task: EpisodeTask,
@@ -254,7 +254,7 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     tune_here(task, whole)
     one = told(capsys.readouterr().out, whole)
-    killed = tune(task, ["--out", str(cut)])
+    killed = tune(task, 1, ["--out", str(cut)])
     deadline = time.monotonic() + 300.0
     while not (cut / JOURNAL).exists() or (cut / JOURNAL).read_bytes().count(b"\n") < DRAWN:
         assert time.monotonic() < deadline and killed.poll() is None
@@ -262,13 +262,13 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     killed.send_signal(signal.SIGKILL)
     killed.wait()
     assert not (cut / DOCUMENT).exists()
-    resumed = tune(task, ["--resume", str(cut)])
+    resumed = tune(task, 2, ["--resume", str(cut)])
     assert told(resumed.communicate(timeout=500)[0], cut) == one and resumed.returncode == 0
     assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
 
 
-@pytest.mark.slow
+@pytest.mark.early
 def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
     tmp_path: Path,
     task: EpisodeTask,
