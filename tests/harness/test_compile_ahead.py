@@ -50,7 +50,7 @@ scene_of("sidewalk")
 for stack in sys.argv[1:]:
     process = os.fork()
     if not process:
-        drive(Course(Loop(stack, stack, False, 1.0), Path(tempfile.mkdtemp()), seconds=5.0).task(0))
+        drive(Course(Loop(stack, stack, False, 1.0), Path(tempfile.mkdtemp()), seconds=3.0).task(0))
         sys.stdout.flush()
         os._exit(0)
     if os.waitpid(process, 0)[1]:
@@ -142,7 +142,7 @@ def calls():
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
-@pytest.mark.slow
+@pytest.mark.early
 @pytest.mark.parametrize("stack", STACKS)
 def test_kernels_say_the_types_with_which_deliveries_call_them(stack, calls):
     assert not any(line.startswith("called by none ") for line in calls), "the map calls kernels"
