@@ -1,12 +1,13 @@
-"""A real browser, figures without their files, and the memory of the processes that run tests."""
+"""A real browser, what tests need not make anew, and the memory of the processes that run them."""
 
 import compileall
 import contextlib
+import functools
 import gc
 import os
 import resource
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,8 @@ from harness.report import figures
 from harness.study.compile_ahead import compile_new, every_module
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.params.nav2_file import file as nav2_file
+from navstack.params.nav2_file import merged, ros_yaml, yaml_text
 from navstack.types import Pose2D
 
 CHROMIUM, DRIVER = "chromium", "chromedriver"
@@ -110,6 +113,27 @@ def sketches() -> Iterator[None]:
     """Figures are drawn, but their files are not rendered, which takes two seconds each."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figures, "rendered", sketched)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def known_files() -> Iterator[None]:
+    """Nav2 files of the same content are parsed and written once.
+
+    Each command does both for each stack, which takes it half a second.
+    """
+    texts: dict[str, str] = {}
+
+    def dumped(nested: Mapping[str, Any]) -> str:
+        content = repr(nested)
+        if content not in texts:
+            texts[content] = merged.dump(nested)
+        return texts[content]
+
+    compose = functools.lru_cache(maxsize=40)(yaml_text.compose_text.__wrapped__)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(nav2_file, "dump", dumped)
+        patch.setattr(ros_yaml, "compose_text", compose)
         yield
 
 
