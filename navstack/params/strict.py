@@ -7,7 +7,6 @@ import dataclasses
 import io
 import math
 import types
-import typing
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin
@@ -18,6 +17,7 @@ from navstack.errors import ParameterError, did_you_mean
 from navstack.files import check_regular
 from navstack.params.nav2_file.yaml_text import load_text
 from navstack.ranges import KEPT_OUT
+from navstack.type_hints import hints_of
 
 T = TypeVar("T")
 
@@ -67,7 +67,7 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
         raise ParameterError(
             f"{where}: {mapping!r} is not a mapping; expected the keys {_known(cls)}"
         )
-    hints = typing.get_type_hints(cls)
+    hints = hints_of(cls)
     names = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key in mapping:
         if key not in names:

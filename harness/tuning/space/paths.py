@@ -23,6 +23,7 @@ from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
+from navstack.type_hints import hints_of
 
 SCALARS = (bool, int, float, str)
 COMMA = ", "
@@ -237,7 +238,7 @@ def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
 
     Other namespaces have visits of their own.
     """
-    hints = typing.get_type_hints(visit.params)
+    hints = hints_of(visit.params)
     for field in dataclasses.fields(visit.params):
         kind = hints[field.name]
         if typing.get_origin(kind) in (typing.Union, types.UnionType):

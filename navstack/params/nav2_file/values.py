@@ -4,7 +4,6 @@ import dataclasses
 import math
 import re
 import types
-import typing
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin
 
@@ -16,6 +15,7 @@ from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeho
 from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.releases import Declared
 from navstack.ranges import Replaced
+from navstack.type_hints import hints_of
 
 T = TypeVar("T")
 
@@ -99,7 +99,7 @@ def value_notices(
             Notice("bad-value", f"{node}: {path}" if path else node, reason, "", line, True)
             for path, reason, line in _mistakes(entries, visit)
         ]
-        kinds = typing.get_type_hints(visit.params, include_extras=True)
+        kinds = hints_of(visit.params, include_extras=True)
         for field, kind in kinds.items():
             name = parameter_of(field)
             entry = entries.get(f"{visit.prefix}{name}")
@@ -220,7 +220,7 @@ def _is_left_open(kind: Any, entry: ParameterEntry) -> bool:
 
 def _hints(cls: type[Any]) -> dict[str, Any]:
     """Kinds by parameter."""
-    return {parameter_of(field): kind for field, kind in typing.get_type_hints(cls).items()}
+    return {parameter_of(field): kind for field, kind in hints_of(cls).items()}
 
 
 def _convert(kind: Any, value: Any, path: str, line: int) -> Any:

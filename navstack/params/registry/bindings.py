@@ -1,7 +1,6 @@
 """What this program reads of a Nav2 file's nodes: which dataclass holds whose parameters."""
 
 import dataclasses
-import typing
 from collections.abc import Mapping
 
 from navstack.params.amcl import AmclGpsParams, AmclParams
@@ -26,6 +25,7 @@ from navstack.params.servers import (
 )
 from navstack.params.spatio_temporal import SpatioTemporalLayerParams, SpatioTemporalSourceParams
 from navstack.params.tracker import TrackerParams
+from navstack.type_hints import hints_of
 
 NODES: Mapping[str, Params] = {
     "amcl": AmclParams,
@@ -98,7 +98,7 @@ def nested_params(params: Params) -> dict[str, Params]:
 
     For named ones by the list that names them.
     """
-    hints = typing.get_type_hints(params)
+    hints = hints_of(params)
     nested = {
         name: kind
         for name, kind in hints.items()
