@@ -89,7 +89,7 @@ OF_ONE = (-1.7e9, -4.0, -0.3, 0.3, 4.0, 1.7e9)  # where each sensor is set alone
 
 
 @pytest.mark.parametrize("step", BACK)
-def test_a_clock_that_is_set_back_costs_nothing(drive, step):
+def test_a_clock_that_is_set_back_costs_nothing(drive, ticks, step):
     rows = drive(lambda stamp: stamp + step)
     require_honest(rows)
     assert errors(rows).max() < 0.6
