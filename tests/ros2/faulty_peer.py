@@ -19,10 +19,11 @@ from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from rclpy.executors import ExternalShutdownException
 from rosgraph_msgs.msg import Clock
 
-from harness.ros2.messages import time_of
+from harness.ros2.messages import seconds, time_of
 from harness.ros2.robot import LATCHED, join
 
 FAULTS = ("kill", "stall", "silence", "nonsense", "flood", "late", "abort", "stamps")
+TICK = 1.0 / 60.0  # [s] of the clock
 LATEST = 60  # ticks after which a fault has begun
 LONGEST = 3.0  # [s] of a stall
 LATE = 0.3  # [s] of each command
@@ -36,7 +37,8 @@ class FaultyPeer:
     def __init__(self, seed: int, faults: list[str]) -> None:
         self._faults = faults
         self._seed, self._chance = seed, random.Random(seed)
-        self._fault, self._begins, self._ticks = "silence", 0, 0
+        self._fault, self._begins, self._ticks = "silence", 0, 0.0
+        self._since: float | None = None  # [s] of the first tick since the goal
         self._told = self._fault  # as under way
         self._node = rclpy.create_node(f"faulty_{os.getpid()}")
         kind = self._chance.choice((Twist, TwistStamped))
@@ -52,7 +54,7 @@ class FaultyPeer:
         rclpy.spin(self._node)
 
     def _take_goal(self, message: PoseStamped) -> None:
-        self._fault, self._ticks = self._chance.choice(FAULTS), 0
+        self._fault, self._since = self._chance.choice(FAULTS), None
         self._told = "none"
         if self._faults:
             self._fault = self._faults.pop(0)
@@ -60,9 +62,12 @@ class FaultyPeer:
         self._say(self._fault)
 
     def _take_clock(self, message: Clock) -> None:
-        self._ticks += 1
+        now = seconds(message.clock)  # on a slow machine not every tick arrives
+        if self._since is None:
+            self._since = now
+        self._ticks = (now - self._since) / TICK
         fault, stamp = "none", message.clock
-        if self._ticks > self._begins:
+        if self._ticks >= self._begins:
             fault = self._fault
         if fault not in ("none", self._told):
             self._told = fault
