@@ -69,13 +69,13 @@ def result_of(known: Sequence[MissionDrive], seed: int = 0) -> MeetingsResult:
         seed: of the resamples of margins.
     """
     margins = np.array([each.margins for each in known])
-    arms = range(margins.shape[1])
+    arms, weight = range(margins.shape[1]), unseen_weight(known)
     return MeetingsResult(
         margins=margins,
-        arms=tuple(_arm_result(known, arm, margins[:, arm], seed) for arm in arms),
+        arms=tuple(_arm_result(known, arm, margins[:, arm], HIT * weight, seed) for arm in arms),
         strata=tuple(_stratum_result(known, number) for number in range(len(STRATA))),
         farthest_off=max(arm.farthest_off for each in known for arm in each.arms),
-        unseen_weight=unseen_weight(known),
+        unseen_weight=weight,
     )
 
 
@@ -110,7 +110,7 @@ def unseen_loss(weight: float, missions: int, tests: int = 1) -> float:
 
 
 def _arm_result(
-    known: Sequence[MissionDrive], number: int, margins: FloatArray, seed: int
+    known: Sequence[MissionDrive], number: int, margins: FloatArray, unseen: float, seed: int
 ) -> ArmResult:
     arms = [each.arms[number] for each in known]
     thousands = np.array([arm.row["distance_m"] / METRES for arm in arms])
@@ -120,7 +120,7 @@ def _arm_result(
     weights = [np.array([each.weight for each in arm.met]) for arm in arms]
     losses = np.array([each.weight * each.loss for arm in arms for each in arm.met])
     return ArmResult(
-        margin=_margin(margins, losses, HIT * unseen_weight(known), seed),
+        margin=_margin(margins, losses, unseen, seed),
         margin_alone=float(np.mean([arm.margin for arm in arms])),
         hits=weighted_rate(weights, hits, np.ones(len(arms))),
         contacts=weighted_rate(weights, contacts, thousands),
@@ -144,8 +144,7 @@ def _margin(margins: FloatArray, losses: FloatArray, unseen: float, seed: int) -
     greatest = max(float(losses.max(initial=0.0)), unseen)
     if greatest == 0.0:
         return found
-    counted = losses[losses > 0.0] / greatest
-    rate = poisson_rate(counted, n / greatest)
+    rate = poisson_rate(losses[losses > 0.0] / greatest, n / greatest)
     assert rate.value is not None and rate.low is not None and rate.high is not None
     low, high = mean - (rate.high - rate.value), mean + (rate.value - rate.low)
     return wider(found, Interval(mean, low, high, n))
