@@ -11,8 +11,8 @@ AGAINST ?= HEAD
 
 help:
 	@echo "make run    install, drive 20 deliveries with each of two stacks, print who earns more, write a page"
-	@echo "make test   run the tests"
-	@echo "make test-slow  run the tests that make test leaves out"
+	@echo "make test   run the quick tests"
+	@echo "make test-slow  run the tests that take some seconds each"
 	@echo "make check  lint, types and import rules"
 	@echo "make mutants  plant 200 small faults in each package and count those that the tests notice (hours)"
 	@echo "make docs   build the documentation into site/"

@@ -56,8 +56,8 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Long modules begin first, so that none of them is what all others wait for."""
-    long = {item.path for item in items if item.get_closest_marker("early")}
+    """Modules with slow tests begin first, so that none of them is what all others wait for."""
+    long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
 
 
@@ -79,8 +79,8 @@ def room() -> float:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Long tests have the most room: some make worlds of their own beside those of the process."""
-    if item.get_closest_marker("early") and resident() > LEAST_ROOM:
+    """Slow tests have the most room: some make worlds of their own beside those of the process."""
+    if item.get_closest_marker("slow") and resident() > LEAST_ROOM:
         forget()
         gc.collect()
 

@@ -12,6 +12,8 @@ import pytest
 import navbench
 from tests.rules import short_rules
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 
 
@@ -22,7 +24,6 @@ def short(tmp_path: Path, hall: Path) -> dict[str, str]:
     return {"map": str(hall), "rules": str(tmp_path / "short.yaml")}
 
 
-@pytest.mark.early
 def test_the_notebook_runs_from_the_first_cell_to_the_last(
     tmp_path: Path, short: dict[str, str], in_process: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -38,7 +39,6 @@ def test_the_notebook_runs_from_the_first_cell_to_the_last(
     assert len(names["way"]) > 100  # type: ignore[arg-type]
 
 
-@pytest.mark.early
 def test_a_policy_is_trained_and_driven(
     tmp_path: Path, short: dict[str, str], in_process: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -24,6 +24,7 @@ def env(hall: Path) -> Any:
     made.close()
 
 
+@pytest.mark.slow
 def test_gymnasium_finds_nothing_to_complain_about(hall: Path) -> None:
     from gymnasium.utils.env_checker import check_env
 
@@ -71,6 +72,7 @@ def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
         env.step(np.array((np.nan, 0.0)))
 
 
+@pytest.mark.slow
 def test_a_camera_shows_the_same_scene_again(hall: Path) -> None:
     from gymnasium.utils.env_checker import check_env
 
@@ -90,7 +92,7 @@ def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
         DeliveryEnv("parked")
 
 
-@pytest.mark.early
+@pytest.mark.slow
 def test_the_same_commands_give_the_rows_of_a_run(
     tmp_path: Path, hall: Path, in_process: None
 ) -> None:
@@ -130,7 +132,7 @@ def test_the_same_commands_give_the_rows_of_a_run(
     sys.path.remove(str(tmp_path))
 
 
-@pytest.mark.early
+@pytest.mark.slow
 def test_several_in_processes_of_their_own(hall: Path) -> None:
     def made() -> Any:
         return DeliveryEnv("nav2-gps-ekf", pedestrians=2, map=str(hall))

@@ -75,6 +75,7 @@ def follow(
             most = MOST_OF_ALL
 
 
+@pytest.mark.slow
 def test_each_next_command_works_as_printed(
     capsys: pytest.CaptureFixture[str], run_words: list[str], place: Path
 ) -> None:
@@ -95,6 +96,7 @@ def test_each_next_command_works_as_printed(
         follow(capsys, words)
 
 
+@pytest.mark.slow
 def test_a_run_that_lost_nothing_has_an_answer_and_a_command_that_works(
     capsys: pytest.CaptureFixture[str],
     run_words: list[str],
@@ -198,6 +200,7 @@ def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
     assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps", yielding}
 
 
+@pytest.mark.slow
 def test_what_a_tuning_leaves_open_its_next_command_decides(
     capsys: pytest.CaptureFixture[str],
     place: Path,
@@ -262,6 +265,7 @@ def test_a_terminal_breaks_lines_between_words_and_no_command(
         assert [line.rstrip() for line in terminal.getvalue().splitlines()] == lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "finished"),
     [

@@ -56,6 +56,7 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return finish(tmp_path_factory.mktemp("few"), "one", *FEW, "--workers", "1")
 
 
+@pytest.mark.slow
 def test_at_least_half_of_eight_deliveries_arrive(eight: Path) -> None:
     rows = read(eight)
     assert [row["episode"] for row in rows] == list(range(8))

@@ -93,10 +93,24 @@ def runnable(page: Path) -> list[Command]:
 
 
 DRIVEN = [page for page in PAGES if runnable(page)]
+FIRST_READ = ("README.md", "quick_start.md")
 
 
-@pytest.mark.early
-@pytest.mark.parametrize("page", DRIVEN, ids=names(DRIVEN))
+def is_read_later(page: Path) -> bool:
+    return page.name not in FIRST_READ
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        *(pytest.param(page, id=page.name) for page in DRIVEN if not is_read_later(page)),
+        *(
+            pytest.param(page, id=page.name, marks=pytest.mark.slow)
+            for page in DRIVEN
+            if is_read_later(page)
+        ),
+    ],
+)
 def test_commands_of_a_page_work_one_after_the_other(page: Path, runs: Path, place: Path) -> None:
     forget()
     executed = 0

@@ -10,6 +10,8 @@ from navbench.cli.app import main
 from .blocks import ROOT
 from .test_walks import Walk
 
+pytestmark = pytest.mark.slow
+
 RUN = f"{ROOT / 'results' / 'baseline' / 'controllers'}:nav2-gps-ekf"
 MOST_FILES = 3  # of the product that a new term may touch
 FEE = 0.25  # [USD/km]

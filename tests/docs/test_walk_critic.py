@@ -9,6 +9,8 @@ import pytest
 from .blocks import ROOT
 from .test_walks import Walk
 
+pytestmark = pytest.mark.slow
+
 MOST_FILES = 2  # of the product that a new critic may touch
 DECLARATIONS = "navstack/params/dwb.py"
 MODULE = "navstack/control/dwb/critics/calm_turns.py"

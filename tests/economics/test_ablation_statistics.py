@@ -62,6 +62,7 @@ def test_a_slope_is_that_of_least_squares_with_an_intercept_per_mission():
     )
 
 
+@pytest.mark.slow
 def test_the_interval_of_a_slope_covers_it_about_as_often_as_it_says():
     levels, covered = np.array([0.0, 0.3, 1.0]), 0
     for seed in range(150):

@@ -116,6 +116,7 @@ def test_a_tail_of_a_few_deliveries_has_no_interval(n, has_bounds):
     assert (interval.low is not None) is has_bounds
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     """100 missions of 1 to 4 deliveries that share a mission's luck, 1000 replications.
 

@@ -10,6 +10,7 @@ from harness.task.study import make_study
 from navstack.params.nav2_file.file import load_nav2
 
 
+@pytest.mark.slow
 def test_filterpy_drives_the_same_delivery(tmp_path):
     nav2 = load_nav2(shipped("params") / "nav2" / "gps_ekf.yaml")
     path = tmp_path / "filterpy.yaml"

@@ -22,6 +22,8 @@ from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from tests.rules import short_rules
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RULES = short_rules(2.0)
 SAME = ("episodes.parquet", "events.parquet")

@@ -29,6 +29,8 @@ distributed = pytest.importorskip(
 )
 from harness.execution.dask_cluster import DaskCluster  # noqa: E402 - needs distributed
 
+pytestmark = pytest.mark.slow
+
 Here = Callable[[], AbstractContextManager[None]]
 EPISODES = 8
 RULES = short_rules(2.0)
@@ -305,7 +307,6 @@ def kept(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in found.items()}
 
 
-@pytest.mark.early
 @pytest.mark.parametrize("command", STUDIES)
 def test_studies_of_every_kind_have_the_rows_of_local_ones(
     two: Any,

@@ -153,6 +153,7 @@ def stop_once(folder: str) -> int:
     return os.getpid()
 
 
+@pytest.mark.slow
 def test_a_stopped_worker_is_given_up_and_one_that_works_on_is_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def cut_off(path: Path) -> None:
     (path / JOURNAL).write_text(json.dumps(record) + "\n")
 
 
+@pytest.mark.slow
 def test_an_ablation_is_driven_cut_off_and_driven_on(
     tmp_path: Path,
     given: list[str],

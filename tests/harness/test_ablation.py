@@ -224,6 +224,7 @@ def test_break_even_of_an_interval() -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_wrong_map_is_held_against_the_right_one_too(write_run: WriteRun) -> None:
     names = ("gps", "amcl", "amcl@navigation_mesh")
     ablation = analysed(write_run("run", names), arms(*names))

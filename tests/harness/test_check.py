@@ -199,6 +199,7 @@ def in_folder(text: str, folder: Path, other: Path) -> object:
     return json.loads(text.replace(str(folder), str(other)))
 
 
+@pytest.mark.slow
 def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     tmp_path: Path,
     navbench,
@@ -242,6 +243,7 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     assert json.loads(text)["verdict"] == "alike"
 
 
+@pytest.mark.slow
 def test_the_budget_ends_a_check_with_what_is_finished(
     tmp_path: Path,
     navbench,

@@ -80,6 +80,7 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
     assert lines[-1].startswith("next: navbench check ")
 
 
+@pytest.mark.slow
 def test_a_check_that_was_cut_off_goes_on_to_the_same(
     navbench, checked: MeetingsChecked, tmp_path: Path
 ) -> None:

@@ -91,6 +91,7 @@ def test_modules_follow_the_stack():
     assert needed_modules([]) == []
 
 
+@pytest.mark.slow
 def test_kernels_are_compiled_once(cache, capsys):
     compile_ahead([load_stack("parked")])
     compiled = {path.name.split("-")[0] for path in cache.rglob("*.nbi")}
@@ -142,7 +143,7 @@ def calls():
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
-@pytest.mark.early
+@pytest.mark.slow
 @pytest.mark.parametrize("stack", STACKS)
 def test_kernels_say_the_types_with_which_deliveries_call_them(stack, calls):
     assert not any(line.startswith("called by none ") for line in calls), "the map calls kernels"

@@ -461,6 +461,7 @@ def test_values_follow_the_summary(write_run):
     assert entry["intervals"]["avg_min_time_to_collision_s"]["n"] == 26
 
 
+@pytest.mark.slow
 def test_a_real_run_repriced_is_that_run_at_these_prices(
     tmp_path,
     other_prices,

@@ -162,6 +162,7 @@ def test_a_refund_below_its_fee_is_no_price(write_run, capsys):
         assert [value is None for value in row] == [fee > refund for fee in fees]
 
 
+@pytest.mark.slow
 def test_one_delivery_or_deliveries_all_alike_tell_nothing_of_break_even(
     write_run,
     capsys,

@@ -52,6 +52,7 @@ def test_the_corpus_is_large_and_every_title_is_there_once() -> None:
     assert len({case.title for case in CASES}) == len(CASES)
 
 
+@pytest.mark.slow
 def test_random_changes_end_in_one_line_or_are_valid(tmp_path: Path) -> None:
     """A sample; ``python -m tests.hostile.mutations`` tries a thousand."""
     tried = try_mutants(SAMPLE, SEED, tmp_path)

@@ -194,7 +194,7 @@ def test_a_lidar_maps_surfaces_only(tmp_path, monkeypatch):
     np.testing.assert_array_equal(scene.outlined_mesh.data, expected)
 
 
-@pytest.mark.early
+@pytest.mark.slow
 @pytest.mark.parametrize("stack", ["nav2-amcl", "nav2-amcl-gps"])
 def test_a_delivery_with_amcl(stack):
     tasks = make_study(stacks=[stack], episodes=100, pedestrians=0).tasks()

@@ -130,6 +130,7 @@ def test_after_a_lock_out_only_what_wheels_and_gyro_say_is_left(drive):
     np.testing.assert_allclose(belief.covariance, np.diag((0.7**2, 0.7**2, 0.5**2)), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_dead_reckoning_through_an_outage(drive):
     """20 s without fixes, after 40 s with them.
 

@@ -15,6 +15,8 @@ from navstack.localization.gps_ekf import GpsEkfLocalizer
 from navstack.params.gps_ekf import GpsEkfParams
 from navstack.types import Belief, Pose2D
 
+pytestmark = pytest.mark.slow
+
 SEEDS, SECONDS = 100, 30.0
 START = np.diag((0.5**2, 0.5**2, 0.1**2))
 # The preset's own: no systematic error, white fixes, accelerometers of 0.1 m/s2 at 30 Hz. The rest

@@ -80,6 +80,7 @@ def test_scans_correct_the_pose_that_fixes_get_wrong(drive):
     assert np.max(errors[True]) < 0.25
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_filter_says_with_scans(drive):
     squares = []
     for seed in range(SEEDS):

@@ -140,6 +140,7 @@ def test_bad_input_is_one_clear_line(
     assert captured.out == ""
 
 
+@pytest.mark.slow
 def test_the_shipped_world_is_the_one_that_the_command_makes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

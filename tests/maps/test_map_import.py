@@ -172,6 +172,7 @@ def test_maps_that_do_not_belong_together_are_refused():
         ImportSettings(curb_height=-0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not DATA, reason="NAVSTACK_DATA is not set: the published map is not there")
 def test_the_published_map_has_its_blocks_and_roads(tmp_path):
     folder = Path(DATA or "") / "costnav"

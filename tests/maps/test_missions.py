@@ -73,6 +73,7 @@ def test_distribution(missions: list[Mission]) -> None:
     assert resultant < math.sqrt(7.0 / len(headings))
 
 
+@pytest.mark.slow
 def test_uniform_goals_are_farther_and_lie_anywhere(
     mesh: OccupancyGrid,
     clearance: FloatArray,

@@ -219,6 +219,7 @@ def test_the_maps_agree_with_the_bodies(scene: Scene) -> None:
     assert free_road.mean() > 0.2  # a lidar sees across the roads
 
 
+@pytest.mark.slow
 def test_the_robot_gets_from_almost_everywhere_to_everywhere(scene: Scene) -> None:
     for grid, connected in ((scene.walkable, 0.999), (scene.navigation_mesh, 0.98)):
         clearance = ndimage.distance_transform_edt(grid.data == FREE) * 0.05

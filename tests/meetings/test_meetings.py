@@ -57,6 +57,7 @@ def test_a_copy_ends_as_the_delivery_does(task: EpisodeTask) -> None:
     stage.world.close()
 
 
+@pytest.mark.slow
 def test_arms_that_drive_alike_come_to_the_same_each_time(
     task: EpisodeTask, mission: MissionDrive
 ) -> None:

@@ -27,6 +27,7 @@ def walker(grid: OccupancyGrid, begins: float):
     return solid
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "gives_way"), [("expected_cost", True), ("mpc", False)])
 def test_only_who_acts_at_rest_gives_way_after_arrival(room, make, drive, name, gives_way) -> None:
     grid = room()

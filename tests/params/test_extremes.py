@@ -42,6 +42,7 @@ def test_every_number_has_a_range(kind):
     assert [name for name in numbers if not rules_of(hints[name])] == []
 
 
+@pytest.mark.slow
 def test_extreme_values_are_refused_by_lint_and_run_alike_or_set_up_quickly(tmp_path):
     files = [NAV2 / f"{name}.yaml" for name in CONTROLLERS]
     for planner in PLANNERS:

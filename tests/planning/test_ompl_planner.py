@@ -109,6 +109,7 @@ def test_same_seed_same_path_whatever_came_before(algorithm):
     assert not np.array_equal(make(algorithm, 2, 600).plan(START, GOAL, costmap).poses, first.poses)
 
 
+@pytest.mark.slow
 def test_same_seed_same_path_in_another_process():
     code = (
         "import numpy as np; from navstack.costmap.costmap import Costmap; from "

@@ -66,7 +66,7 @@ def test_a_policy_repeats(stack: Write, task_of: Task) -> None:
     assert run_episode(task).row == run_episode(task).row
 
 
-@pytest.mark.early
+@pytest.mark.slow
 def test_one_that_fails_has_failed_its_deliveries_and_nothing_else_is_lost(
     stack: Write,
     hall: Path,

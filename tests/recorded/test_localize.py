@@ -194,6 +194,7 @@ def test_a_laser_upside_down_is_understood(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["ape"]["median_m"] < 0.1
 
 
+@pytest.mark.slow
 def test_fixes_take_away_the_error_of_the_wheels(tmp_path):
     bag = write(tmp_path / "straight", straight(1500), "sqlite3")
     by_wheels, with_fixes = (
@@ -239,6 +240,7 @@ def over_hill(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("localizer", ["odom_imu", "gps-ekf"])
 @pytest.mark.parametrize("slope", [0.0, 0.2])
 def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(over_hill, slope, localizer):
@@ -249,6 +251,7 @@ def test_over_a_hill_the_way_is_as_long_as_it_is_on_the_map(over_hill, slope, lo
     assert math.hypot(end[0] - x, end[1] - y) <= 0.01 * way
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.1, 0.3])
 def test_gravity_is_not_taken_for_slipping_wheels(tmp_path, slope):
     """A unit without orientation: nothing tells the slope, so that the way is as long as driven."""
@@ -398,6 +401,7 @@ def test_a_reference_that_is_held_out_is_priced_by_what_the_localizer_never_had(
     assert "the reference is no input of localizer odom_imu; leave --hold-out out" in line
 
 
+@pytest.mark.slow
 def test_a_damaged_bag_keeps_what_was_computed(tmp_path, capsys):
     bag = write(tmp_path / "straight", straight(5000), "ros1-lz4")
     content = bag.read_bytes()
@@ -514,6 +518,7 @@ class TestTheHusky:
 
     bag = Path(str(DATA)) / "robot_localization" / "test1.bag"
 
+    @pytest.mark.slow
     def test_it_ends_where_robot_localization_says(self, tmp_path):
         """Final position and tolerance as in robot_localization.
 
@@ -524,6 +529,7 @@ class TestTheHusky:
         assert math.hypot(x + 40.0454, y + 76.9988) < 1.0452
         assert time.process_time() - began < 60.0  # 4 s on an idle machine, with compiled kernels
 
+    @pytest.mark.slow
     def test_it_stays_near_its_fixes(self, tmp_path):
         ape = self._replay(tmp_path, "gps-ekf", "--reference", "/fix", "--align", "start")["ape"]
         assert ape["n"] == 989 and ape["median_m"] <= 1.5 and ape["p95_m"] <= 4.0

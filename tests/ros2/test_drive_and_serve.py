@@ -107,6 +107,7 @@ def in_own_process(
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "quality"),
     [("Twist", "reliable"), ("TwistStamped", "best_effort"), ("TwistStamped", "latched")],
@@ -145,6 +146,7 @@ def test_what_cannot_be_served_is_one_line(tmp_path: Path) -> None:
         serve(settings={"speed": 2.0})
 
 
+@pytest.mark.slow
 def test_our_brain_in_another_process_drives_the_same(
     tmp_path: Path,
     hall: Path,

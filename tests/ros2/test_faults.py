@@ -50,6 +50,7 @@ def unheard(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     return found
 
 
+@pytest.mark.slow
 def test_each_delivery_of_a_failing_peer_ends_in_a_row(
     tmp_path: Path, hall: Path, in_process: None, unheard: list[float]
 ) -> None:

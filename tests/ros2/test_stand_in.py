@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import navbench
 from navbench.api.ros2 import serve
 
@@ -23,6 +25,7 @@ SHORT = 4.0  # [s] of a delivery
 ALMOST_NONE = r"(1 of \d+ commands did not come in time, 0 were none that a robot can follow)?"
 
 
+@pytest.mark.slow
 def test_timers_on_the_clock_drive_in_lockstep(tmp_path: Path) -> None:
     """In the second delivery the goal of the first is canceled, and the peer plans anew."""
     shipped = Path(navbench.__file__).parents[1] / "params"

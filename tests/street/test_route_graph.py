@@ -132,6 +132,7 @@ def test_the_ways_of_a_town_keep_off_what_is_not_walkable(tmp_path: Path) -> Non
     assert route.crossings == 2
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not HELSINKI.exists(), reason="NAVSTACK_DATA has no osm/helsinki.osm.pbf")
 def test_missions_in_helsinki_have_drivable_routes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -140,6 +140,7 @@ def test_a_part_across_tiles_is_what_the_whole_map_has_there(
         load_part(tmp_path, "town", Rect(900.0, 0.0, 950.0, 50.0), (920.0, 20.0))
 
 
+@pytest.mark.slow
 def test_from_an_extract_to_profit_per_day(
     streets: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], in_process: None
 ) -> None:
@@ -211,6 +212,7 @@ def test_what_a_district_cannot_do_is_one_line(
     assert "has 2 files NAME_graph.geojson" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
     study = make_study(
         stacks=["nav2-gps-ekf"], episodes=2, seed=2, map_name=str(streets), workers=1, pedestrians=0
@@ -265,6 +267,7 @@ def test_a_leg_begins_with_what_the_one_before_left(streets: Path) -> None:
     assert run_episode(task).row == row  # whatever was driven before
 
 
+@pytest.mark.slow
 def test_the_way_back_adds_to_a_row_and_leaves_its_outcome(
     streets: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

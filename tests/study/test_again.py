@@ -84,6 +84,7 @@ def test_numbers_out_of_range_are_refused() -> None:
         make_study(stacks=["parked"], episodes=5, only=[3, -1])
 
 
+@pytest.mark.slow
 def test_what_is_recorded_again_is_the_same_and_is_driven_once(
     study: Study,
     in_process: None,

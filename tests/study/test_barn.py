@@ -262,6 +262,7 @@ def test_worlds_are_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert status == 1 and "has no world_<number>.world" in error
 
 
+@pytest.mark.slow
 def test_a_stack_drives_the_worlds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_world(tmp_path, 0, [(-3.0, 6.0), (-1.0, 7.0)])
     out = tmp_path / "out"

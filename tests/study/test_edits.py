@@ -262,6 +262,7 @@ def test_an_edit_is_noticed(
     assert status == 1, told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", FOLLOWED)
 def test_an_edit_with_new_checksums_contradicts_the_rest(
     driven: Path,
@@ -275,6 +276,7 @@ def test_an_edit_with_new_checksums_contradicts_the_rest(
     assert status == 1, told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", UNNOTICED)
 def test_what_docs_name_goes_unnoticed_where_it_is_not_driven_again(
     driven: Path,
@@ -307,6 +309,7 @@ def test_an_edit_of_a_packed_run_contradicts_the_rest(packed: Path, title: str) 
     assert len(verify_run(packed, 0, 0).wrong) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_older", [True, False])
 def test_a_column_that_no_program_of_that_time_stored_is_no_fault(
     driven: Path, tmp_path: Path, is_older: bool

@@ -132,6 +132,7 @@ def test_the_folder_alone_tells_what_to_drive(whole: Path, tmp_path: Path, hall:
     assert same(go_on(path)) == same(whole)
 
 
+@pytest.mark.slow
 def test_killed_with_its_workers_it_goes_on_with_a_cold_cache(
     whole: Path, tmp_path: Path, hall: Path
 ) -> None:
@@ -252,6 +253,7 @@ def lengthened(path: Path, episodes: int) -> None:
     assert leaving.value.code == 0
 
 
+@pytest.mark.slow
 def test_a_run_that_gets_more_deliveries_is_as_one_that_had_them_at_once(
     study: Study, whole: Path, tmp_path: Path, in_process: None
 ) -> None:

@@ -121,6 +121,7 @@ def test_a_portion_takes_some_stacks_on_some_maps() -> None:
     assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
 
 
+@pytest.mark.slow
 def test_sensors_are_crossed_with_the_rest(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -147,6 +148,7 @@ def test_sensors_are_crossed_with_the_rest(
     assert status == 1 and said.startswith("navbench: unknown sensor") and said.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_suite_is_driven_cut_off_and_driven_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -225,6 +227,7 @@ def test_a_piece_of_cells_that_were_begun_whole_is_a_piece(
     assert [count_finished(out / cell.name) for cell in cells(suite)] == [2, 2]
 
 
+@pytest.mark.slow
 def test_a_suite_in_pieces_has_the_rows_of_one_driven_at_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -298,6 +301,7 @@ def test_a_portion_that_a_suite_has_not_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_cell_that_was_driven_with_other_parameters_is_not_added_to(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

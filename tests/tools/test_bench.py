@@ -219,6 +219,7 @@ def test_a_course_differs_from_the_shipped_stack_in_what_it_says(tmp_path: Path)
     assert task.episode == 4 and "timeout: 3.0" in Path(task.rules).read_text()
 
 
+@pytest.mark.slow
 def test_the_row_of_a_closed_loop(tmp_path: Path) -> None:
     row = loop_row(LOOPS[LOOP], TINY, tmp_path)
     assert row["name"] == LOOP and row["n"] == 2

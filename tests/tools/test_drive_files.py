@@ -18,6 +18,7 @@ FILES = (
 ARRIVED = [outcome.value for outcome in ARRIVALS]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is unset: no published files")
 @pytest.mark.parametrize("name", FILES)
 def test_a_published_file_delivers_on_its_own_body(name):

@@ -42,6 +42,7 @@ def test_compare_audits_with_the_events_of_both(write_run: WriteRun) -> None:
     assert check(found, "threshold").evidence[1].original, "its contacts are there"
 
 
+@pytest.mark.slow
 def test_a_position_that_only_a_simulation_has_is_flagged(write_run: WriteRun) -> None:
     """Unless the world's own GPS is the true position, as the published one."""
     first = write_run("first", change=paid_alike, crowd=0.0)

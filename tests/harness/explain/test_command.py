@@ -20,6 +20,7 @@ def explain(*arguments):
     return ended.value.code
 
 
+@pytest.mark.slow
 def test_the_command_tells_and_draws_a_recorded_delivery(folder, tmp_path, capsys, rendering):
     out, plot = tmp_path / "out", tmp_path / "one.svg"
     assert explain(str(folder), "0", "--full", "--plot", str(plot), "--out", str(out)) == 0

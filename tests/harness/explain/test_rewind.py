@@ -54,6 +54,7 @@ def value_of(task, path):
     return changes_of(Parts(task).nav2, [f"{path}=1"])[0].place.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
 def test_with_nothing_changed_everything_comes_out_as_it_was(stack, rules, hall):
     task = task_for(stack, rules, hall)
@@ -190,6 +191,7 @@ def explain(*arguments):
     return ended.value.code
 
 
+@pytest.mark.slow
 def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder, capsys):
     capsys.readouterr()
     assert explain(str(folder), "0", "--before", "2", "--rewind", f"{SPEED}=0.5", "--json") == 0
@@ -215,6 +217,7 @@ def test_an_unrecorded_delivery_is_driven_again_and_rewound(folder, capsys):
     assert rewound["n"] == 1
 
 
+@pytest.mark.slow
 def test_a_delivery_that_comes_out_otherwise_is_not_explained(folder, tmp_path, capsys):
     other = tmp_path / "other"
     shutil.copytree(folder, other)

@@ -219,6 +219,7 @@ def _check_reasons(browser, move):
     )
 
 
+@pytest.mark.slow
 def test_a_large_report_is_quick(write_run, record, navbench, browse, tmp_path):
     """Three stacks of 100 deliveries, 20 of them with a replay.
 

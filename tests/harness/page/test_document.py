@@ -80,6 +80,7 @@ def test_a_report_holds_the_figures_of_its_runs(write_run, record):
     assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
 
 
+@pytest.mark.slow
 def test_a_replay_tells_why_in_the_words_of_explain(write_run, record, navbench):
     folder = write_run("one", episodes=6, crowd=1.0)
     record(folder, "mine", range(6))
@@ -110,6 +111,7 @@ def shown(*runs, replays=20):
     return data_of(page_of(*runs, replays=replays))
 
 
+@pytest.mark.slow
 def test_the_costliest_recordings_are_carried(write_run, record):
     folder = write_run("one", episodes=30)
     record(folder, "mine", range(30))
@@ -128,6 +130,7 @@ def test_a_damaged_recording_is_named_and_the_others_are_carried(write_run, reco
     assert any("mine-1.npz: is damaged" in note for note in data["basis"]["notes"])
 
 
+@pytest.mark.slow
 def test_two_maps_of_one_name_are_told_apart_and_neither_is_drawn_for_the_other(write_run, record):
     digest, folders = map_digest(load_scene("sidewalk")), []
     for name, known in (("a", "0123456789abcdef"), ("b", digest)):
@@ -264,6 +267,7 @@ def test_a_page_asks_nobody_for_anything(write_run):
     assert not re.search(r"\.innerHTML|document\.write|\beval\(|new Function", page)
 
 
+@pytest.mark.slow
 def test_a_large_report_is_small_enough(write_run, record):
     def long(row):
         row["duration_s"] = 120.0

@@ -125,6 +125,7 @@ def test_missions_without_result_are_an_early_end() -> None:
     assert found.missions == MISSIONS - len(range(0, MISSIONS, 10))
 
 
+@pytest.mark.slow
 def test_what_needs_single_contacts_is_not_examined_where_nobody_kept_them() -> None:
     study = exploiting("squeezed")
     bare = driven(study, lambda _, row: {key: row[key] for key in row if key != EVENTS})

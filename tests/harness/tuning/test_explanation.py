@@ -192,6 +192,7 @@ def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanati
     )
 
 
+@pytest.mark.slow
 def test_the_report_tells_everything(
     explained: tuple[StudyResult, Explanation], folder: Path, rendering: None
 ) -> None:

@@ -244,7 +244,7 @@ def told(text: str, folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]
     )
 
 
-@pytest.mark.early
+@pytest.mark.slow
 def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     tmp_path: Path,
     task: EpisodeTask,
@@ -268,7 +268,7 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
 
 
-@pytest.mark.early
+@pytest.mark.slow
 def test_a_study_with_a_lost_delivery_says_so_and_ends_with_3(
     tmp_path: Path,
     task: EpisodeTask,

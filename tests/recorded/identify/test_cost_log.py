@@ -75,6 +75,7 @@ def test_without_inertial_unit_hard_contacts_are_left(
             assert min(abs(stamp - contact.stamp) for stamp in stamps) < TOGETHER
 
 
+@pytest.mark.slow
 def test_the_command_prices_the_drive(
     drive: drives.Recorded,
     bag: Path,

@@ -20,7 +20,10 @@ MOUNTED = (
     "base_link gps 0 0 0 0 0 0",
 )
 
-pytestmark = pytest.mark.skipif(not HUSKY.is_file(), reason="NAVSTACK_DATA has no log of the Husky")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not HUSKY.is_file(), reason="NAVSTACK_DATA has no log of the Husky"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,7 @@ def found(log: DriveLog) -> Identified:
     return identify(log, load_dataclass(RobotParams, default))
 
 
+@pytest.mark.slow
 def test_turns_are_those_of_the_gyro(log: DriveLog, found: Identified) -> None:
     scale = found.estimates["odometry_angular_scale"]
     yaw = np.unwrap(log.odometry[:, 3])

@@ -113,6 +113,7 @@ def test_the_files_are_those_of_a_robot(robot: IdentifiedRobot, recorded: drives
     assert not sensors.imu.has_heading
 
 
+@pytest.mark.slow
 def test_the_command_prints_one_document(
     recorded: drives.Recorded,
     tmp_path: Path,

@@ -13,6 +13,8 @@ from tests.docs.shortened import shortened
 from . import drives, missions
 from .test_bad_logs import URDF
 
+pytestmark = pytest.mark.slow
+
 PAGE = ROOT / "docs" / "your_robot.md"
 
 

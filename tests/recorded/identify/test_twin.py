@@ -16,6 +16,8 @@ from navstack.params.strict import dump_dataclass, load_dataclass
 
 from . import missions
 
+pytestmark = pytest.mark.slow
+
 PARAMS = shipped("params")
 NAV2 = PARAMS / "nav2" / "tuned.yaml"
 SENSORS = PARAMS / "sensors" / "rtk_good.yaml"

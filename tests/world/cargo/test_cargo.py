@@ -176,12 +176,14 @@ def losses(cargo, dose, seeds=20):
     return np.array(lost)
 
 
+@pytest.mark.slow
 def test_the_harder_the_brake_the_more_is_lost(fuller):
     means = [losses(fuller, braking(deceleration)).mean() for deceleration in (4.0, 8.0, 16.0)]
     assert means[0] == 0.0
     assert means == sorted(means) and means[-1] > 0.02
 
 
+@pytest.mark.slow
 def test_the_harder_the_shock_the_more_is_lost(fuller):
     shares = [losses(fuller, shock(speed)) for speed in (0.5, 1.0, 2.0)]
     means = [share.mean() for share in shares]
@@ -190,6 +192,7 @@ def test_the_harder_the_shock_the_more_is_lost(fuller):
     assert spoiled[0].high < 0.2 < spoiled[-1].low
 
 
+@pytest.mark.slow
 def test_a_fuller_bucket_loses_more():
     means = []
     for fill in (0.6, 0.8, 1.0):
@@ -332,6 +335,7 @@ def harmless(params, kind, seed):
     return most * np.outer(sizes, (math.cos(direction), math.sin(direction), 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["shock", "pull", "shaking"])
 @pytest.mark.parametrize(
     "params", [PARAMS, dataclasses.replace(PARAMS, fill=0.7), SMOOTH], ids=["0.6", "0.7", "smooth"]

@@ -263,6 +263,7 @@ def test_a_body_that_its_model_follows_or_moves_is_given_up_at_once(world_of, bo
     assert not crowd.follow(x + 10.0, y)
 
 
+@pytest.mark.slow
 def test_people_with_social_forces_touch_a_standing_robot_less(world_of):
     """Than people who walk on whatever they hit, in the same narrow and crowded place.
 

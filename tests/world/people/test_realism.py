@@ -36,6 +36,7 @@ def random_walk(comparison):
     return comparison.measure([comparison.simulate("easy", seed) for seed in range(2)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("percentile", [25, 50, 75, 95])
 def test_social_force_people_walk_about_as_fast_as_real_ones(real, social, percentile):
     ours, theirs = (np.percentile(values["speed"], percentile) for values in (social, real))

@@ -351,6 +351,7 @@ def test_tipping_does_not_hang_on_the_time_step(lab, robot, params):
     assert tilts[0] == pytest.approx(tilts[1], rel=0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [0.15, 0.3])
 def test_the_speed_that_tips_it_over_a_low_bollard_is_that_of_a_fine_step(robot, params, height):
     coarse, fine = (
