@@ -56,15 +56,16 @@ class Meeting:
     weight: float  # times the passings a metre of a robot per person: how many it stands for
 
 
-def pool_of(record: Record, way: Way, ends: float) -> Pool:
+def pool_of(record: Record, way: Way, ends: float, before: float = BEFORE) -> Pool:
     """Who is near a way at which moments of a record.
 
     Args:
         record: of a stationary crowd.
         way: of the robot.
         ends: [m] before the way's end at which a delivery is over.
+        before: [s] of the record that a meeting needs before its moment.
     """
-    first, last = round(BEFORE / STEP), len(record.states) - round(AFTER / STEP)
+    first, last = round(before / STEP), len(record.states) - round(AFTER / STEP)
     moments = np.arange(first, last, EVERY)
     states = record.states[moments].reshape(-1, 4)
     points, misses = way.nearest(states[:, :2])

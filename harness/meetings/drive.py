@@ -20,10 +20,9 @@ from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 
 COPY_EVERY = 2.0  # [s] between copies
-AHEAD = (
-    10.0,
-    15.0,
-)  # [m] along the way; a copy is made at the start, and where somebody is met there
+# [m] along the way for each :data:`LEAD`; a copy is made at the start, and where somebody is met
+# there
+AHEAD = (10.0, 15.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +70,12 @@ class _Mark:
 
 
 def drive_arm(
-    task: EpisodeTask, stage: Stage, way: Way, record: Record, meetings: Sequence[Meeting]
+    task: EpisodeTask,
+    stage: Stage,
+    way: Way,
+    record: Record,
+    meetings: Sequence[Meeting],
+    lead: float = LEAD,
 ) -> ArmDrive:
     """Drive a mission among nobody, and then its meetings.
 
@@ -81,6 +85,7 @@ def drive_arm(
         way: planned.
         record: of the crowd.
         meetings: with people of it.
+        lead: [s] before a meeting, at least, at which people appear.
 
     Raises:
         NavstackError: the task cannot be set up.
@@ -91,7 +96,7 @@ def drive_arm(
     with _still_memory(), contextlib.ExitStack() as copies:
         marks: list[_Mark] = []
         work = partial(meet, delivery, stage, record)
-        for place in _drive_alone(delivery, progress, meetings):
+        for place in _drive_alone(delivery, progress, meetings, lead):
             copy = PausedCopy(work, [each.copy for each in marks])
             copies.callback(copy.close)
             marks.append(_Mark(*place, copy))
@@ -99,7 +104,7 @@ def drive_arm(
         row = delivery.finish().row
         margin = margin_of(row, delivery.parts)
         passings = passings_of(series["stamp"], np.column_stack((series["x"], series["y"])), way)
-        weights = _hand_out(meetings, passings, record, marks)
+        weights = _hand_out(meetings, passings, record, marks, lead)
         met = [NOT_MET] * len(meetings)
         for mark in marks:
             for job, found in zip(mark.jobs, mark.copy.ask(mark.jobs), strict=True):
@@ -113,11 +118,11 @@ def drive_arm(
 
 
 def _drive_alone(
-    delivery: RunningDelivery, progress: Progress, meetings: Sequence[Meeting]
+    delivery: RunningDelivery, progress: Progress, meetings: Sequence[Meeting], lead: float
 ) -> Iterator[tuple[float, float, float]]:
     """Drive to the end; yields the stamp [s] and the robot's place [m] where to copy it."""
     points = np.array([each.point for each in meetings])
-    nearest, farthest = (round(each / SPACING) for each in AHEAD)
+    nearest, farthest = (round(lead / LEAD * each / SPACING) for each in AHEAD)
     due, copied_at = 0.0, -1  # [s], point of the way
     while delivery.verdict is None:
         truth = delivery.truth
@@ -130,7 +135,11 @@ def _drive_alone(
 
 
 def _hand_out(
-    meetings: Sequence[Meeting], passings: Passings, record: Record, marks: Sequence[_Mark]
+    meetings: Sequence[Meeting],
+    passings: Passings,
+    record: Record,
+    marks: Sequence[_Mark],
+    lead: float,
 ) -> list[float]:
     """Give each meeting to the latest copy that is early enough; returns their weights."""
     weights = [0.0] * len(meetings)
@@ -142,7 +151,7 @@ def _hand_out(
         weights[number] = meeting.weight * rate
         chosen = marks[0]
         for mark in marks:
-            if mark.stamp <= stamp - LEAD and _is_apart(mark, meeting, stamp, record):
+            if mark.stamp <= stamp - lead and _is_apart(mark, meeting, stamp, record):
                 chosen = mark
         chosen.jobs.append(Job(number, meeting, stamp))
     return weights

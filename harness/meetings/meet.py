@@ -91,7 +91,9 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
         job: the meeting.
     """
     person = job.meeting.person
-    moment = job.meeting.moment + (delivery.truth.stamp - job.stamp) / STEP
+    while _moment(delivery, job) < 0.0 and delivery.verdict is None:
+        delivery.drive_tick()  # the copy is older than the record
+    moment = _moment(delivery, job)
     distances = _distances(delivery.truth, record.states[int(moment)])
     apart = APART
     if delivery.truth.stamp == 0.0:
@@ -126,6 +128,11 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     hits = [each for each in delivery.truth.counted_contacts if each.partner is Partner.PEDESTRIAN]
     people_hit = len({each.partner_id for each in hits})
     return Met(margin_of(row, delivery.parts), people_hit, len(hits))
+
+
+def _moment(delivery: RunningDelivery, job: Job) -> float:
+    """Of the record that is now, in steps from its beginning."""
+    return job.meeting.moment + (delivery.truth.stamp - job.stamp) / STEP
 
 
 class _Before:

@@ -72,19 +72,20 @@ class Stage:
     def __init__(self) -> None:
         self.people = self
         self.hidden: list[bool] = []
+        self.shown_at = 0.0  # steps of the record
         self.is_empty = False
 
     def show(self, record: Record, moment: float, hidden: BoolArray) -> None:
-        self.hidden = hidden.tolist()
+        self.hidden, self.shown_at = hidden.tolist(), moment
 
     def leave(self) -> None:
         self.is_empty = True
 
 
-def met(delivery: Scripted, person: int = 0, stage: Stage | None = None) -> Met:
+def met(delivery: Scripted, person: int = 0, stage: Stage | None = None, moment: int = 200) -> Met:
     states = np.zeros((400, len(PLACES), 4))
     states[:, :, 0] = PLACES
-    job = Job(0, Meeting(200, person, 50, -1.0, 0, 1.0), PASSING)
+    job = Job(0, Meeting(moment, person, 50, -1.0, 0, 1.0), PASSING)
     given: Any = (delivery, stage or Stage(), Record(states), job)
     return meet(*given)
 
@@ -135,6 +136,14 @@ def test_people_stay_with_a_robot_that_somebody_holds_up() -> None:
         stage = Stage()
         assert met(Scripted(leave=late + 7.0, drives_from=drives_from), 0, stage).people_hit == 0
         assert stage.is_empty == is_empty
+
+
+@pytest.mark.parametrize(("moment", "shown_at"), [(20, 0.0), (42, 2.0), (60, 0.0)])
+def test_people_appear_as_soon_as_the_record_has_begun(moment: int, shown_at: float) -> None:
+    """A copy may be older: it is 6 s before the meeting and drives in ticks of 0.5 s."""
+    stage = Stage()
+    met(Scripted(), 0, stage, moment)
+    assert stage.shown_at == pytest.approx(shown_at)
 
 
 def test_who_is_not_touched_costs_nothing() -> None:
