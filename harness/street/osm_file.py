@@ -23,7 +23,7 @@ MOST_EXTENT = 5000.0  # [m] of a box
 AROUND = 30.0  # [m] beyond the box that is read
 MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
 _DRAFTS = 10**15  # above the number of all that is uploaded
-_SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
+_SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2", ".osm.xml")
 _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign "
     "addr:housenumber"
@@ -80,7 +80,7 @@ def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
 
     Args:
         path: a .osm.pbf, .osm, .osm.gz or .osm.bz2 file.
-        geo: the box; None: the one that the file's header names.
+        geo: the box; None: the one that the file's header names, else the one around its nodes.
 
     Raises:
         InputError: the box is no box, or the file has nothing there.
@@ -123,10 +123,10 @@ def _osmium() -> Any:
 def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
     with osmium.io.Reader(str(path)) as reader:
         stated = reader.header().box()
-    if not stated.valid():
-        if geo is None:
-            raise InputError(f"{path}: does not name its own box; give --bbox W,S,E,N")
+    if not stated.valid() and geo is not None:
         return geo
+    if not stated.valid():
+        _extend_to_nodes(osmium, path, stated)
     low, high = stated.bottom_left, stated.top_right
     if geo is None:
         return GeoBox(low.lon, low.lat, high.lon, high.lat)
@@ -137,6 +137,19 @@ def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
             f"which has {low.lon},{low.lat},{high.lon},{high.lat}"
         )
     return geo
+
+
+def _extend_to_nodes(osmium: Any, path: Path, box: Any) -> None:
+    """Extend an empty box to all nodes of a file.
+
+    Raises:
+        InputError: it has none.
+    """
+    for node in osmium.FileProcessor(str(path), osmium.osm.NODE):
+        if node.location.valid():
+            box.extend(node.location)
+    if not box.valid():
+        raise InputError(f"{path}: has no node; give an extract with streets")
 
 
 @contextlib.contextmanager
@@ -196,8 +209,10 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
     project = Proj(proj="aeqd", ellps="WGS84", lat_0=geo.south, lon_0=geo.west)
     width, depth = project(geo.east, geo.south)[0], project(geo.west, geo.north)[1]
     if max(width, depth) > MOST_EXTENT:
+        sides = f"{geo.west:.4f},{geo.south:.4f},{geo.east:.4f},{geo.north:.4f}"
         raise InputError(
-            f"--bbox: {width:.0f} x {depth:.0f} m; at most {MOST_EXTENT:.0f} m a side are read"
+            f"--bbox {sides} is {width:.0f} x {depth:.0f} m; give one of at most "
+            f"{MOST_EXTENT:.0f} m a side"
         )
     box = Rect(0.0, 0.0, float(width), float(depth))
     grown = shapely.box(*_bounds(box.grown(AROUND)))

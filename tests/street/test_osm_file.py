@@ -8,6 +8,7 @@ import shapely
 
 from harness.street.district import build_district
 from harness.street.osm_file import Extract, GeoBox, read_extract
+from navstack.errors import InputError
 from tests.street.town import BOX, element, node_element, small_town
 
 osmium = pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
@@ -41,6 +42,18 @@ def test_a_node_alone_or_twice_at_a_place_is_no_line(tmp_path: Path) -> None:
     line = element("way", 3, (1, 2, 3), highway="footway")
     lines = extract_of(tmp_path, *nodes, alone, same, line).lines
     assert [line.nodes for line in lines] == [(1, 3)]
+
+
+def test_a_file_that_names_no_box_has_that_of_its_nodes(tmp_path: Path) -> None:
+    file = small_town().write(tmp_path / "town.osm.xml")
+    nodes = [(one.lon, one.lat) for one in osmium.FileProcessor(str(file), osmium.osm.NODE)]
+    longitudes, latitudes = zip(*nodes, strict=True)
+    geo = read_extract(file).geo
+    assert (geo.west, geo.east) == (min(longitudes), max(longitudes))
+    assert (geo.south, geo.north) == (min(latitudes), max(latitudes))
+    file.write_text("<osm version='0.6'></osm>", encoding="utf-8")
+    with pytest.raises(InputError, match="has no node"):
+        read_extract(file)
 
 
 def test_ways_may_stand_before_their_nodes(tmp_path: Path) -> None:

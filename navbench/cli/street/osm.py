@@ -24,7 +24,7 @@ MOST_SQUARES = 10  # on a screen
     "--bbox",
     type=Numbers(),
     metavar="W,S,E,N",
-    help="Part to read, in degrees; default: the file's own box.",
+    help="Part to read, in degrees; default: the file's own box, else that of its nodes.",
 )
 @click.option("--name", help="The maps' name; default: the file's.")
 @click.option(
