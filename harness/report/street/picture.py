@@ -7,7 +7,9 @@ from harness.report.map_picture import draw_legend, draw_scene
 from harness.street.district import District, overview
 from harness.street.route_graph import RouteGraph
 
-_WIDTH, _LEGEND = 8.0, 2.0  # [inch]
+_WIDTH, _LEGEND = 8.0, 2.0  # [inch] of the district and beside it
+_LEFT, _BOTTOM, _TOP = 0.6, 0.5, 0.1  # [inch] of the margins
+_LEAST = 3.2  # [inch] of the whole height, for the legend
 _TALLEST = 2.5  # times as tall as wide
 
 
@@ -22,9 +24,10 @@ def draw_district(district: District, graph: RouteGraph, path: Path) -> None:
 
     area = district.ground.box
     height = _WIDTH * min(area.depth / area.width, _TALLEST)
-    total = _WIDTH + _LEGEND
-    figure = Figure(figsize=(total, height), dpi=200)
-    axes = figure.add_axes((0.06, 0.05, 0.92 * _WIDTH / total, 0.93))
+    wide, tall = _LEFT + _WIDTH + _LEGEND, max(_BOTTOM + height + _TOP, _LEAST)
+    figure = Figure(figsize=(wide, tall), dpi=200)
+    lowest = tall - _TOP - height
+    axes = figure.add_axes((_LEFT / wide, lowest / tall, _WIDTH / wide, height / tall))
     scene = overview(district)
     draw_scene(axes, scene, area)
     axes.add_collection(
