@@ -7,7 +7,7 @@ import numpy as np
 
 from harness.economics.optional_prices import OptionalPrices
 from harness.fleet.legs import Legs, Library
-from harness.fleet.settings import HOURS, FleetSettings
+from harness.fleet.settings import FleetSettings
 from harness.statistics.bootstrap import IntArray
 from navstack.types import FloatArray
 
@@ -82,14 +82,10 @@ def draw_orders(
 
 def order_times(settings: FleetSettings, rng: np.random.Generator) -> FloatArray:
     """When orders are placed [s], rising: Poisson, with a rate for each hour."""
-    hours = np.arange(HOURS)
-    starts = np.maximum(hours, settings.open_hour.value)
-    ends = np.minimum(hours + 1.0, settings.close_hour.value)
-    weights = settings.demand_by_hour.shares * np.maximum(ends - starts, 0.0)
-    if not weights.sum():
-        return np.zeros(0)
+    begins, lengths = settings.open_parts
+    weights = settings.open_demand
     counts = rng.poisson(settings.orders_per_day.value * weights / weights.sum())
-    begin, length = np.repeat(starts, counts), np.repeat(ends - starts, counts)
+    begin, length = np.repeat(begins, counts), np.repeat(lengths, counts)
     times: FloatArray = np.sort(begin + length * rng.random(counts.sum())) * SECONDS_PER_HOUR
     return times
 

@@ -59,6 +59,20 @@ class FleetSettings:
         """How long orders are accepted [h]."""
         return self.close_hour.value - self.open_hour.value
 
+    @property
+    def open_parts(self) -> tuple[FloatArray, FloatArray]:
+        """Of each hour: when the part begins in which orders are accepted, and its length [h]."""
+        hours = np.arange(HOURS)
+        begins = np.maximum(hours, self.open_hour.value)
+        ends = np.minimum(hours + 1.0, self.close_hour.value)
+        return begins, np.maximum(ends - begins, 0.0)
+
+    @property
+    def open_demand(self) -> FloatArray:
+        """Relative demand (24,) of each hour's open part."""
+        demand: FloatArray = self.demand_by_hour.shares * self.open_parts[1]
+        return demand
+
 
 def load_settings(
     name_or_file: str = "city", values: Mapping[str, float] | None = None
@@ -109,6 +123,11 @@ def checked(settings: FleetSettings, where: str) -> FleetSettings:
         raise ParameterError(
             f"{where}: open_hour {settings.open_hour.value:g} must be before close_hour "
             f"{settings.close_hour.value:g}"
+        )
+    if not settings.open_demand.any():
+        raise ParameterError(
+            f"{where}: nobody orders from open_hour {settings.open_hour.value:g} to close_hour "
+            f"{settings.close_hour.value:g}; give other hours, or another demand_by_hour"
         )
     if settings.charge_power.value <= settings.idle_power.value:
         raise ParameterError(

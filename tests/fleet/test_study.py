@@ -135,6 +135,7 @@ def test_more_robots_than_orders_need_do_not_pay():
         ({"operators": 0}, "city.yaml with operators=0: operators 0 must be .* 1 to 10000"),
         ({"robots": -3}, "whole number, 1 to 10000"),
         ({"open_hour": 21, "close_hour": 20}, "must be before"),
+        ({"open_hour": 0, "close_hour": 6}, "nobody orders from open_hour 0 to close_hour 6"),
         ({"charge_power": 10, "idle_power": 40}, "never charged"),
         ({"least_charge": 1.5}, "outside 0..1"),
     ],
