@@ -177,8 +177,8 @@ def test_placeholders_of_launch_files(inspect):
         for text in nav2.warnings
     )
     assert read_costmap(nav2, "local_costmap").layers["obstacle_layer"].enabled
-    for value in ("$(var speed)", "<speed>", "MAX_SPEED"):
-        error = only_error(inspect(f"{HEAD}      max_vel_x: {value}\n"))
+    for value in ("$(var speed)", "${SPEED}", "{{ speed }}", "<speed>", "MAX_SPEED"):
+        error = only_error(inspect(f"{HEAD}      max_vel_x: '{value}'\n"))
         assert f"max_vel_x: '{value}' is left to a launch file; write a number" in error
 
 

@@ -27,7 +27,7 @@ _TRUE = frozenset(("Y", "y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", 
 _FALSE = frozenset(("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"))
 _INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)")
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_PLACEHOLDER = re.compile(r"\$\(.*\)|<.*>|[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
+_PLACEHOLDER = re.compile(r"\$\(.*\)|\$?\{.*\}|<.*>|[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
 _SPECIAL = re.compile(r"[+-]?\.?(inf|nan)", re.IGNORECASE)
 
 
@@ -47,7 +47,10 @@ def parse_scalar(text: str, quoted: bool = False) -> Scalar:
 
 
 def is_placeholder(value: object) -> bool:
-    """Whether launch files replace a text: ``$(var x)``, ``<namespace>``, ``KEEPOUT_ENABLED``."""
+    """Whether launch files replace a text.
+
+    ``$(var x)``, ``${X}``, ``{{ x }}``, ``<namespace>`` and ``KEEPOUT_ENABLED`` are such.
+    """
     return isinstance(value, str) and _PLACEHOLDER.fullmatch(value) is not None
 
 
