@@ -234,6 +234,7 @@ def check_document(checked: Checked | None, declaration: CheckDeclaration) -> Ro
     if checked is None:
         return {
             "schema": 1,
+            "estimator": declaration.estimator,
             "verdict": "alike",
             "margin_difference": Interval(0.0, 0.0, 0.0, 0).as_json(),
             "more_needed": None,
@@ -246,6 +247,7 @@ def check_document(checked: Checked | None, declaration: CheckDeclaration) -> Ro
     differences = checked.differences
     return {
         "schema": 1,
+        "estimator": declaration.estimator,
         "verdict": checked.verdict,
         "margin_difference": interval_json(checked.bound),
         "more_needed": checked.more_needed,

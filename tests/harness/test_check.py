@@ -256,14 +256,15 @@ def test_the_budget_ends_a_check_with_what_is_finished(
     assert text.splitlines()[-1].startswith("next: navbench check --resume")
 
 
+@pytest.mark.parametrize("estimator", ["deliveries", "meetings"])
 def test_files_that_say_the_same_are_alike_without_a_delivery(
-    tmp_path: Path,
-    navbench,
-    short: list[str],
+    tmp_path: Path, navbench, short: list[str], estimator: str
 ) -> None:
     (tmp_path / "new.yaml").write_text(f"# a comment\n{STOCK}")
     files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    status, text, _ = navbench("check", *files, *short, "--out", tmp_path / "out", "--json")
+    options = ("--estimator", estimator, "--out", tmp_path / "out", "--json")
+    status, text, _ = navbench("check", *files, *short, *options)
     document = json.loads(text)
     assert (status, document["verdict"], document["margin_difference"]["n"]) == (0, "alike", 0)
+    assert document["estimator"] == estimator
     assert not (tmp_path / "out").exists()
