@@ -158,19 +158,24 @@ def again(command: Sequence[str], episodes: int, budget: str = "") -> str:
         words = [*PROGRAM, *words[2:]]
     if len(words) < 2 or words[:1] != PROGRAM or words[1] not in REPEATABLE:
         return ""
-    kept, left = words[:2], words[2:]
     replaced: tuple[str, ...] = NOT_REPEATED
     added = ["--episodes", str(episodes)]
     if budget:
         replaced = (*NOT_REPEATED, "--budget")
         added += ["--budget", budget]
+    return shlex.join([*without(words, replaced), *added])
+
+
+def without(command: Sequence[str], options: Sequence[str]) -> list[str]:
+    """A command's words without some options, each of which has a value."""
+    kept, left = [], list(command)
     while left:
         word = left.pop(0)
-        if word in replaced:
+        if word in options:
             left = left[1:]
-        elif word.partition("=")[0] not in replaced:
+        elif word.partition("=")[0] not in options:
             kept.append(word)
-    return shlex.join([*kept, *added])
+    return kept
 
 
 def value_of(command: Sequence[str], option: str) -> str:

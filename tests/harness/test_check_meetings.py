@@ -77,7 +77,14 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
     assert "world paper_loose_bucket" in lines[0]
     assert lines[1].startswith("alike within 95 USD a delivery: NEW less OLD is")
     assert any(line.startswith("estimator meetings: ") for line in lines)
-    assert lines[-1].startswith("next: navbench check ")
+    about = checked.folder / "run.json"
+    typed = ["navbench", "check", "old.yaml", "new.yaml", "--out", "a", "--map", "my.yaml"]
+    stored = about.read_text()
+    command = [*typed, "--estimator=meetings"]
+    about.write_text(json.dumps({**json.loads(stored), "command": command}))
+    next_command = short_meetings(checked)[-1].text
+    about.write_text(stored)
+    assert next_command == "next: navbench check old.yaml new.yaml --map my.yaml"
 
 
 @pytest.mark.slow

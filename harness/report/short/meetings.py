@@ -12,7 +12,9 @@ from harness.report.numbers import bounds_text, count_text, counted, number_text
 from harness.report.short.check import code_text, told_verdict
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
+from harness.report.verdict import without
 from harness.statistics.interval import Interval
+from harness.storage.manifest_file import read_manifest
 from harness.storage.texts import quoted
 
 METHOD = (
@@ -88,7 +90,11 @@ def _next(checked: MeetingsChecked) -> str:
     if checked.verdict == "undecided":
         return f"next: navbench check --resume {quoted(checked.folder)} --budget 30m"
     declaration = checked.declaration
-    return f"next: navbench check {shlex.join((declaration.old, declaration.new))}"
+    words = ["navbench", "check", declaration.old, declaration.new]
+    typed = read_manifest(checked.folder).get("command", [])
+    if typed[:2] == words[:2]:
+        words = without(typed, ("--estimator", "--out"))
+    return f"next: {shlex.join(words)}"
 
 
 def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
