@@ -329,8 +329,8 @@ def _directions() -> dict[str, Better]:
 def _warnings(first: Side, second: Side) -> list[str]:
     """Why the two might differ for other reasons than their stacks."""
     warnings = [
-        f"{side.label}: {side.stack.errors} deliveries have no result, "
-        "which may be those that matter"
+        f"{side.label}: {side.stack.errors} of {side.stack.errors + len(side.stack.rows)} "
+        "deliveries have no result, which may be those that matter"
         for side in (first, second)
         if has_too_few(len(side.stack.rows), side.stack.errors)
     ]

@@ -28,8 +28,10 @@ from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import error_bars, save_figure
 from harness.report.numbers import (
     UNDEFINED,
+    all_of,
     bounds_text,
     count_text,
+    counted,
     interval_text,
     number_text,
     p_text,
@@ -170,8 +172,8 @@ def sentence(difference: ArmDifference) -> str:
     paired = difference.paired
     subject, n = _subject(difference), paired.difference.n
     if not paired.differs:
-        return f"{subject} on all {n} missions, which says nothing of what is rare."
-    told = f"{n} missions, adjusted p {p_text(paired.p_holm)}"
+        return f"{subject} on {all_of(n, 'mission')}, which says nothing of what is rare."
+    told = f"{counted(n, 'mission')}, adjusted p {p_text(paired.p_holm)}"
     if paired.is_significant:
         doubt = ""
         if (difference.unseen or paired.difference).sign == 0:

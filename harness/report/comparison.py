@@ -8,8 +8,10 @@ from harness.report.audit import audit_blocks
 from harness.report.blocks import Block, Text, declared, notes_of
 from harness.report.numbers import (
     UNDEFINED,
+    all_of,
     bounds_text,
     count_text,
+    counted,
     interval_text,
     number_text,
     p_text,
@@ -111,7 +113,7 @@ def of_all(apart: Apart) -> str:
     if difference.value is not None and difference.value < 0.0:
         difference, more = difference.negated, "less"
     return (
-        f"all {first:,d} deliveries of A and {second:,d} of B: B earned "
+        f"{all_of(first, 'delivery')} of A and {all_of(second, 'delivery')} of B: B earned "
         f"{interval_text(difference, 2)} USD a delivery {more}"
     )
 
@@ -142,7 +144,8 @@ def _notes(comparison: Comparison) -> list[str]:
         lines.append(f"alike on every mission: {', '.join(alike)}.")
     if any(left):
         lines.append(
-            f"left out, without a partner that finished: {left[0]} deliveries of A, {left[1]} of B."
+            f"left out, without a partner that finished: {counted(left[0], 'delivery')} of A, "
+            f"{left[1]} of B."
         )
         if apart is not None:
             lines.append(f"{of_all(apart)}.")

@@ -54,7 +54,21 @@ def counted(number: int, thing: str) -> str:
     """A number of things, in the plural but for one."""
     if number == 1:
         return f"1 {thing}"
-    return f"{number} {thing}s"
+    return f"{number:,d} {plural(thing)}"
+
+
+def plural(thing: str) -> str:
+    """Several of a thing: missions, days, deliveries."""
+    if thing.endswith("y") and thing[-2] not in "aeiou":
+        return f"{thing[:-1]}ies"
+    return f"{thing}s"
+
+
+def all_of(number: int, thing: str) -> str:
+    """All of a number of things, of which there may be one only."""
+    if number == 1:
+        return f"the only {thing}"
+    return f"all {counted(number, thing)}"
 
 
 def p_text(p: float | None) -> str:

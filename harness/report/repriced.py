@@ -11,7 +11,7 @@ from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_TERMS, MARGIN
 from harness.economics.valuation import MOST_LEFT_OUT, Risk, has_too_few
 from harness.report.blocks import Block, Table, Text, declared, notes_of
-from harness.report.numbers import UNDEFINED, count_text, interval_text
+from harness.report.numbers import UNDEFINED, count_text, counted, interval_text
 from harness.report.paper_tables import own_column, paper_blocks
 from harness.report.texts import TEXTS, notes
 from harness.statistics.interval import Interval
@@ -59,7 +59,7 @@ def _lines(result: Repriced) -> Iterator[str]:
     )
     yield risk_text(result.valuation.risk)
     if result.stack.errors:
-        yield f"{result.stack.errors} deliveries ended in an error, left out"
+        yield f"{counted(result.stack.errors, 'delivery')} ended in an error, left out"
     if has_too_few(len(result.stack.rows), result.stack.errors):
         yield NO_MARGIN
     for name, term in result.valuation.terms.items():

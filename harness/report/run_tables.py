@@ -11,6 +11,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import has_too_few
 from harness.report.blocks import Block, Text
+from harness.report.numbers import counted
 from harness.report.paper_tables import layout_table, own_column, paper_blocks
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN, risk_text
@@ -91,6 +92,6 @@ def _stack_lines(result: StackResult, study: Study, prices: Prices) -> Iterator[
         yield f"{name}: {NO_MARGIN}"
     if result.failures:
         yield (
-            f"{name}: its own errors ended {result.failures} deliveries, "
-            "which count as physical assistance"
+            f"{name}: its own errors ended {counted(result.failures, 'delivery')}, "
+            "which counts as physical assistance"
         )

@@ -13,7 +13,7 @@ from harness.analysis.rare import (
 from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
-from harness.report.numbers import interval_text, number_text, p_text
+from harness.report.numbers import all_of, counted, interval_text, number_text, p_text
 from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.statistics.paired import PairedDifference, needed_for, together
 from harness.study.stored_run import StoredRun
@@ -58,7 +58,7 @@ def rankings(parties: Sequence[Party]) -> list[str]:
             lines.append(_alike(f"{best} and {name}", margin, each))
             continue
         span = wider(pair.difference, each.unseen)
-        told = f"{interval_text(span)} USD a delivery more over {span.n} missions, p "
+        told = f"{interval_text(span)} USD a delivery more over {counted(span.n, 'mission')}, p "
         told += p_text(pair.p_holm)
         if pair.tests > 1:
             told += f" adjusted for {len(pairs)} comparisons"
@@ -79,7 +79,7 @@ def _alike(both: str, margin: Interval, comparison: Comparison) -> str:
     earned = f"{number_text(margin.value)} USD a delivery"
     if margin.value is not None and margin.value > first.prices().delivery_fee.value - CENT:
         earned += ", the whole fee"
-    text = f"{both} earn the same on all {comparison.pairs} missions: {earned}"
+    text = f"{both} earn the same on {all_of(comparison.pairs, 'mission')}: {earned}"
     unseen = comparison.unseen
     if unseen is None or unseen.high is None or unseen.high <= WORTH_FINDING:
         return text

@@ -234,7 +234,7 @@ def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: floa
         differences = Differences(folder, prices_of(study.template.prices))
         differences.tell(looks)
         if looks.missions:
-            say(f"going on after {looks.missions} missions")
+            say(f"going on after {counted(looks.missions, 'mission')}")
         try:
             if not looks.is_decided:
                 _drive_missions(study, folder, where, budget, differences, looks)

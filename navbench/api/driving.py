@@ -8,6 +8,7 @@ from pathlib import Path
 
 from harness.episode.episode import Delivery
 from harness.execution.workers import Finished, Workers
+from harness.report.numbers import counted
 from harness.report.texts import OUTCOMES
 from harness.storage.manifest_file import extend_run, read_manifest
 from harness.storage.new_run import create_run, default_folder, require_usable
@@ -171,7 +172,7 @@ def say_notes(notes: Iterable[str]) -> None:
 def say_what_is_done(folder: RunFolder, study: Study) -> None:
     """Tell how much of a run there already is."""
     if folder.is_complete:
-        say(f"run {folder.path} is complete: all of its {study.total} deliveries are finished")
+        say(f"run {folder.path} is complete, with {counted(study.total, 'delivery')}")
     elif folder.rows:
         say(f"going on after {len(folder.rows)} of {study.total} deliveries")
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.execution.workers import Workers
+from harness.report.numbers import counted
 from harness.report.page.document import write_study_page
 from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import Results, overview, read_results
@@ -231,7 +232,7 @@ def _tally(path: Path, studies: Mapping[Cell, Study]) -> Tally:
     finished = _finished(path, studies)
     done = sum(min(finished[cell], study.total) for cell, study in studies.items())
     if done == total:
-        say(f"suite {path} is complete: all of its {total} deliveries are finished")
+        say(f"suite {path} is complete, with {counted(total, 'delivery')}")
     elif done:
         say(f"going on after {done} of {total} deliveries")
     return Tally(total, done)

@@ -14,6 +14,7 @@ from harness.execution.executors import ParentProcess
 from harness.execution.workers import Workers
 from harness.meetings.allowed import require_meetings
 from harness.meetings.estimators import DELIVERIES
+from harness.report.numbers import counted
 from harness.report.tuning.summary import starting_point
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
 from harness.storage.shipped import resolve, shipped
@@ -249,7 +250,7 @@ def _drive(
             most = f"as many deliveries as {time_text(limit)} leave time for; {most}"
         say(most)
         if len(journal):
-            say(f"going on after {len(journal)} deliveries")
+            say(f"going on after {counted(len(journal), 'delivery')}")
         shared = None if where.is_local else path
         with TemporaryDirectory(prefix="navbench-tune-", dir=shared) as files:
             evaluator = StackEvaluator(

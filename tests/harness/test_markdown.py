@@ -3,7 +3,7 @@
 import pytest
 
 from harness.report.markdown import wrapped
-from harness.report.numbers import interval_text, number_text
+from harness.report.numbers import all_of, counted, interval_text, number_text
 from harness.statistics.interval import Interval
 
 
@@ -24,6 +24,15 @@ def test_numbers_have_their_decimals_and_no_negative_zero(value, expected):
 )
 def test_intervals_show_what_they_have(interval, expected):
     assert interval_text(interval, 2, is_signed=True) == expected
+
+
+@pytest.mark.parametrize(
+    ("thing", "some"),
+    [("mission", "1,200 missions"), ("day", "1,200 days"), ("delivery", "1,200 deliveries")],
+)
+def test_one_thing_is_no_plural(thing, some):
+    assert (counted(1, thing), counted(1200, thing)) == (f"1 {thing}", some)
+    assert (all_of(1, thing), all_of(1200, thing)) == (f"the only {thing}", f"all {some}")
 
 
 def test_a_table_in_a_list_is_not_broken():

@@ -11,7 +11,7 @@ from harness.report.blocks import Block, Chart, Table, Text
 from harness.report.fleet.figures import draw_fleet_figures
 from harness.report.fleet.screen import answers, curve_rows, estimate_cells, setup, worth
 from harness.report.markdown import markdown_text
-from harness.report.numbers import number_text
+from harness.report.numbers import counted, number_text
 from harness.report.page.document import write_study_page
 from harness.storage.files import write_text, writing
 
@@ -56,7 +56,7 @@ def page_text(result: FleetResult, figures: Sequence[Path], folder: Path) -> str
         blocks.append(_curve(f"{name}: as many robots per operator", found.by_robots))
         blocks.append(_curve(f"{name}: the same robots", found.by_operators))
     blocks.append(_settings(result))
-    return f"# A day of {result.robots} robots\n\n{markdown_text(blocks)}"
+    return f"# A day of {counted(result.robots, 'robot')}\n\n{markdown_text(blocks)}"
 
 
 def _names(result: FleetResult) -> list[str]:

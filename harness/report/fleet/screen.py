@@ -30,14 +30,14 @@ def setup(result: FleetResult) -> str:
     """The fleet, its orders and its legs, in one line."""
     settings = result.settings
     legs = "; ".join(
-        f"{found.study.library.name}, {found.study.library.size} legs of {source}"
+        f"{found.study.library.name}, {counted(found.study.library.size, 'leg')} of {source}"
         for found, source in zip(result.libraries, result.sources, strict=True)
     )
-    days = len(result.libraries[0].study.days)
+    days = counted(len(result.libraries[0].study.days), "day")
     hours = f"{settings.open_hour.value:g} to {settings.close_hour.value:g} h"
     return (
         f"{counted(result.robots, 'robot')}, {counted(result.operators, 'operator')}, "
-        f"{settings.orders_per_day.value:g} orders a day from {hours}, {days} days; {legs}"
+        f"{settings.orders_per_day.value:g} orders a day from {hours}, {days}; {legs}"
     )
 
 
@@ -79,7 +79,7 @@ def _size(found: LibraryResult) -> str:
     edge = ""
     if best == sizes[-1]:
         edge = ", the largest tried"
-    return f"{best.robots} robots earn most{edge}: {best.profit:,.0f} USD a day"
+    return f"a fleet of {best.robots} earns most{edge}: {best.profit:,.0f} USD a day"
 
 
 def worth(result: FleetResult) -> str:

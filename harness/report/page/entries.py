@@ -18,6 +18,7 @@ from harness.economics.valuation import (
     value,
 )
 from harness.metrics.columns import Row
+from harness.report.numbers import all_of
 from harness.report.paper_tables import Column, own_column
 from harness.report.short.run import admitting_unseen
 from harness.study.stored_run import StoredRun, StoredStack
@@ -135,7 +136,7 @@ def _missing(run: StoredRun, stack: StoredStack) -> str:
     if not done:
         return "is left out: it has driven nothing yet; --resume of the run goes on"
     if not stack.rows:
-        return f"is left out: all of its {done} deliveries ended in an error"
+        return f"is left out: {all_of(done, 'delivery')} of it ended in an error"
     if isinstance(asked, int) and done < asked:
         return f"has driven {done} of its {asked} deliveries; --resume of the run goes on"
     return ""

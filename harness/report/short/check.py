@@ -55,7 +55,7 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
         lines += aligned([("", "OLD", "NEW", "NEW - OLD"), *mean_rows(checked)])
     if checked.left_out:
         lines.append(
-            f"{checked.left_out} deliveries ended in an error; their missions are left out"
+            f"{counted(checked.left_out, 'delivery')} ended in an error; such missions are left out"
         )
     if checked.apart:
         lines.append("missions that differ most:")

@@ -26,7 +26,7 @@ from harness.report.ablation import (
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Text
 from harness.report.comparison import of_all, sooner
-from harness.report.numbers import count_text, interval_text, number_text
+from harness.report.numbers import all_of, count_text, counted, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
 from harness.report.repriced import SHOWN
 from harness.report.short.run import BRACKETS, CONTACT_RATE, MANY, aligned, errors_of
@@ -70,13 +70,14 @@ def short_comparison(comparison: Comparison) -> list[Block]:
     if rows:
         lines += aligned([[BRACKETS, "A", "B", "B - A"], *rows])
     else:
-        lines.append(f"alike on all {comparison.pairs} common missions")
+        lines.append(f"alike on {all_of(comparison.pairs, 'common mission')}")
     lines.append(_rates_line(comparison))
     if comparison.audit is not None:
         lines.append(audit_sentence(comparison.audit))
     left = comparison.left_out
     if any(left):
-        lines.append(f"left out, without a partner: {left[0]} deliveries of A, {left[1]} of B")
+        of_first = counted(left[0], "delivery")
+        lines.append(f"left out, without a partner: {of_first} of A, {left[1]} of B")
     apart = comparison.apart
     if apart is not None and any(left):
         lines.append(of_all(apart))

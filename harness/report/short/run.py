@@ -9,6 +9,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.rates import MARGIN_PER_KM, RATE_TITLES
 from harness.economics.valuation import has_too_few, value
 from harness.report.blocks import Block, Text
+from harness.report.numbers import counted
 from harness.report.paper_tables import Column, cells_of, own_column
 from harness.report.published import load_published, published_columns
 from harness.report.repriced import NO_MARGIN
@@ -89,12 +90,14 @@ def errors_of(run: StoredRun) -> list[str]:
     found = []
     for stack in run.stacks:
         if stack.errors:
-            found.append(f"{stack.name}: {stack.errors} deliveries ended in an error, left out")
+            lost = counted(stack.errors, "delivery")
+            found.append(f"{stack.name}: {lost} ended in an error, left out")
         if has_too_few(len(stack.rows), stack.errors):
             found.append(NO_MARGIN)
         failures = sum(error is not None for error in values(stack.rows, "stack_error"))
         if failures:
-            found.append(f"{stack.name}: its own errors ended {failures} deliveries (assistance)")
+            ended = counted(failures, "delivery")
+            found.append(f"{stack.name}: its own errors ended {ended} (assistance)")
     return list(filter(None, ["; ".join(found)]))
 
 

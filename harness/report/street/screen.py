@@ -3,7 +3,7 @@
 from typing import Any
 
 from harness.report.blocks import Block, Chart, Table, Text
-from harness.report.numbers import number_text
+from harness.report.numbers import counted, number_text
 
 Row = dict[str, Any]
 _SHOWN = 8  # kinds of furniture on the screen
@@ -16,7 +16,7 @@ def street_blocks(document: Row) -> list[Block]:
     connected = 100.0 * graph["connected_share"]
     lines = [
         f"{document['file']}: {width:.0f} x {depth:.0f} m, seed {document['seed']}; "
-        f"{len(document['maps'])} maps, {document['buildings']} buildings",
+        f"{counted(len(document['maps']), 'map')}, {document['buildings']} buildings",
         f"ways: {graph['length_m'] / 1000.0:.1f} km, {connected:.0f} % of it connected; "
         f"walkable {document['walkable_area_m2']:.0f} m2",
     ]
@@ -77,7 +77,7 @@ def routes_blocks(document: Row) -> list[Block]:
     share, lengths = document["routed_share"], document["lengths_m"]
     low, high = document["distance_km"]
     text = (
-        f"{document['graph']}: {share['n']} missions of {low:g} to {high:g} km, seed "
+        f"{document['graph']}: {counted(share['n'], 'mission')} of {low:g} to {high:g} km, seed "
         f"{document['seed']}; with a route: {share['value']:.3f} "
         f"[{share['low']:.3f}, {share['high']:.3f}]"
     )

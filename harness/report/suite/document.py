@@ -6,6 +6,7 @@ from pathlib import Path
 
 from harness.economics.accountings import PUBLISHED
 from harness.report.markdown import wrapped
+from harness.report.numbers import counted
 from harness.report.repriced import SHOWN
 from harness.report.suite.figures import FOLDER, MOST_PANELS, draw_figures
 from harness.report.suite.other_prices import at_other_prices, template
@@ -67,7 +68,7 @@ def _progress(results: Results) -> str:
     done = sum(each.n + each.errors for each in standings)
     declared = sum(each.declared for each in standings)
     if done >= declared:
-        return f"Complete: all {declared} deliveries that the suite declares are driven."
+        return f"Complete: {counted(declared, 'delivery')}, as the suite declares."
     missing = [each for each in standings if each.side is None]
     partial = [each for each in standings if each.side is not None and not each.is_complete]
     text = f"**Not complete: {done} of {declared} declared deliveries are driven.**"
@@ -213,7 +214,7 @@ def _log(results: Results) -> list[str]:
     if programs != 1:
         states = f"{programs} states"
     lines = [
-        f"- {each.date}: {each.deliveries} deliveries, program "
+        f"- {each.date}: {counted(each.deliveries, 'delivery')}, program "
         f"{each.program[:DIGITS]}{_driven(results, each)}"
         for each in results.sessions
     ]

@@ -11,7 +11,7 @@ from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, deliveries, meetings_losses
 from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
-from harness.report.numbers import interval_text
+from harness.report.numbers import all_of, counted, interval_text
 from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.tuning.explanation import Explanation
 from harness.tuning.objective import score_text
@@ -24,8 +24,8 @@ def summary(study: StudyResult, explanation: Explanation) -> list[str]:
     lines = []
     if states:
         lines.append(
-            f"{len(states)} trials: {states.count(COMPLETE)} on all {len(study.train_missions)} "
-            "training missions, "
+            f"{counted(len(states), 'trial')}: {states.count(COMPLETE)} on "
+            f"{all_of(len(study.train_missions), 'training mission')}, "
             f"{states.count(PRUNED)} dropped on the way, {states.count(FAILED)} failed."
         )
     if not study.incumbent.values:

@@ -10,6 +10,7 @@ from harness.meetings.allowed import INSTEAD, require_meetings
 from harness.meetings.kept import KeptMissions, kept_missions
 from harness.meetings.mission import MissionDrive
 from harness.meetings.results import result_of
+from harness.report.numbers import counted
 from harness.storage.files import locked
 from harness.study.manifest import load_study
 from harness.study.places import Where
@@ -47,7 +48,7 @@ def drive_arms(path: Path, declaration: AblationDeclaration, where: Where) -> Me
         kept = kept_missions(path, is_ours=True)
         bar = Bar("{done} of {total} missions", study.episodes, kept.number)
         if kept.number >= study.episodes:
-            say(f"run {path} is complete: all of its {study.episodes} missions are finished")
+            say(f"run {path} is complete, with {counted(study.episodes, 'mission')}")
             is_stopped = False
         else:
             if kept.number:

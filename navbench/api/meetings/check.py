@@ -8,6 +8,7 @@ from harness.meetings.kept import kept_missions
 from harness.meetings.looks import MeetingLooks
 from harness.meetings.mission import MissionDrive
 from harness.meetings.results import result_of
+from harness.report.numbers import counted
 from harness.storage.files import locked
 from harness.study.manifest import load_study
 from harness.study.places import Where
@@ -41,7 +42,7 @@ def drive_meetings(
         kept = kept_missions(path, is_ours=True)
         is_decided = any([is_decided_by(drive) for drive in kept.drives])
         if kept.number:
-            say(f"going on after {kept.number} missions")
+            say(f"going on after {counted(kept.number, 'mission')}")
         is_stopped = False
         if not is_decided:
             watch = Watch(looks, budget)

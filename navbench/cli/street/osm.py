@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from harness.report.numbers import counted
 from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
 from harness.storage.texts import quoted
@@ -101,8 +102,9 @@ def losses(run: str, out: Path, as_json: bool) -> None:
     if as_json:
         print_json(found)
         return
+    missions = counted(found["missions"], "mission")
     click.echo(
-        f"{found['stack']}: {found['lost_usd']:.2f} USD lost in {found['missions']} missions, "
+        f"{found['stack']}: {found['lost_usd']:.2f} USD lost in {missions}, "
         f"{found['driven_km']:.2f} km"
     )
     for square in found["squares"][:MOST_SQUARES]:

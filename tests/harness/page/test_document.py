@@ -338,7 +338,7 @@ def test_a_stack_of_errors_only_is_named(write_run):
     broken = StoredStack("broken", run.stacks[0].carries, run.stacks[0].localizer, 3, ())
     changed = dataclasses.replace(run, stacks=(*run.stacks, broken))
     assert (
-        "one: broken is left out: all of its 3 deliveries ended in an error"
+        "one: broken is left out: all 3 deliveries of it ended in an error"
         in shown(changed)["basis"]["notes"]
     )
 
