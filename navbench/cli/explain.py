@@ -1,6 +1,5 @@
 """The command ``navbench explain``."""
 
-import json
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +8,7 @@ import click
 from harness.storage.texts import quoted
 from navbench.cli.common.dearest import chosen
 from navbench.cli.options import FULL, JSON, path_option
+from navbench.cli.streams import print_json
 from navbench.cli.values import Finite
 
 if TYPE_CHECKING:
@@ -78,10 +78,13 @@ def explain(
     from harness.report.tables import print_blocks, report_console
     from navbench.api import explain as api
 
-    loaded, episode = chosen(run, episode, stack)
+    asked = episode
+    loaded, episode = chosen(run, asked, stack)
     found = api.explain(loaded, episode, **choices)
-    if found is None:
-        _say_nothing_to_tell(loaded, episode, as_json)
+    if found is None and as_json:
+        print_json(_nothing_to_tell(loaded, asked))
+    elif found is None:
+        _say_nothing_to_tell(loaded, episode)
     elif as_json:
         sys.stdout.write(api.document_text(found))
     else:
@@ -116,16 +119,23 @@ def _place(run: "Run") -> str:
     return f"{nearby(run.folder.resolve())}:{run.stacks[0]}"
 
 
-def _say_nothing_to_tell(run: "Run", episode: int, as_json: bool) -> None:
-    """Say so, and which other episodes have something to tell."""
+def _nothing_to_tell(run: "Run", asked: int | None) -> dict[str, Any]:
+    """The JSON document. ``asked``: for this episode; None: the dearest lost nothing."""
     from harness.explain.moments import costly_episodes
+
+    return {
+        "schema": 1,
+        "stack": run.stacks[0],
+        "episode": asked,
+        "events": [],
+        "costly_episodes": costly_episodes(run.stored),
+    }
+
+
+def _say_nothing_to_tell(run: "Run", episode: int) -> None:
+    """Say so, and which other episodes have something to tell."""
     from harness.report.short.setup import delivery_line
 
-    if as_json:
-        costly = costly_episodes(run.stored)
-        nothing = {"schema": 1, "episode": episode, "events": [], "costly_episodes": costly}
-        sys.stdout.write(json.dumps(nothing) + "\n")
-        return
     some = "nor in any other episode"
     if others := _others(run, episode):
         some = f"episodes that have some: {others}"

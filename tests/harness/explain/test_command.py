@@ -91,6 +91,16 @@ def test_a_delivery_that_cost_nothing_points_to_others(folder, capsys):
     assert json.loads(capsys.readouterr().out)["costly_episodes"] == [0]
 
 
+def test_no_episode_is_named_where_none_lost_anything(write_run, capsys):
+    def change(row):
+        row |= {"outcome": "sla", "pedestrian_injury_usd": 0.0}
+
+    run = write_run("well", change=change)
+    assert explain(str(run), "--json") == 0
+    nothing = {"schema": 1, "stack": "mine", "episode": None, "events": [], "costly_episodes": []}
+    assert json.loads(capsys.readouterr().out) == nothing
+
+
 def test_other_costly_episodes_are_named_the_dearest_first(write_run, capsys):
     def change(row):
         row |= {"outcome": "sla", "pedestrian_injury_usd": float(row["episode"])}
