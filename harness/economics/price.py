@@ -79,12 +79,17 @@ def with_values(group: Group, values: Mapping[str, float]) -> Group:
 
     Raises:
         UnknownNameError: a key that is not one of :func:`price_keys`, with or without its unit.
+        ParameterError: a key that is given twice, with and without its unit.
     """
     known, names = price_keys(group), names_of(group)
+    given: dict[str, str] = {}  # name by key
     for name, value in values.items():
         if name not in names:
             raise UnknownNameError("price", name, names)
         key = names[name]
+        if key in given:
+            raise ParameterError(f"{given[key]} and {name} are the same price; give one of them")
+        given[key] = name
         if value != known[key].value:
             group = _replaced(group, key.split("."), value)
     return group

@@ -1,5 +1,6 @@
 """The command ``navbench price``: a finished run at other prices, and what its money depends on."""
 
+import shlex
 from pathlib import Path
 
 import click
@@ -8,7 +9,6 @@ from harness.analysis.sensitivity import Sensitivity, sensitivities
 from harness.report.repriced import price_set_blocks, repriced_blocks
 from harness.report.sensitivity import sensitivity_blocks, short_sensitivity
 from harness.report.tables import print_blocks, report_console
-from harness.storage.texts import quoted
 from navbench.api import money
 from navbench.api.runs import Run, load
 from navbench.cli.options import FULL, JSON, OTHER_PRICES, SETTINGS, TERMS
@@ -71,10 +71,10 @@ def price(
     """
     loaded = load(run)
     if prices == ALL:
-        if settings or terms or is_sensitivity:
+        if settings or terms or is_sensitivity or maps or out:
             raise InputError(
-                "--prices all takes none of --set, --with and --sensitivity: give one set of "
-                "prices with them"
+                "--prices all takes none of --set, --with, --sensitivity, --map and --out: give "
+                "one set of prices with them"
             )
         _print_sets(loaded, as_json)
         return
@@ -96,7 +96,22 @@ def price(
     told = loaded.stored, repricing.results, repricing.choices
     blocks = repriced_blocks(*told) if is_full else short_repricing(*told, _depends(repricing))
     print_blocks(blocks, report_console())
-    click.echo(f"next: navbench price {quoted(loaded.folder)} --sensitivity")
+    following = [*_words(run, prices, settings, terms), "--sensitivity"]
+    click.echo(f"next: {shlex.join(following)}")
+
+
+def _words(
+    run: str, prices: str | None, settings: dict[str, float], terms: tuple[str, ...]
+) -> list[str]:
+    """The command that prices a run so, without what it prints."""
+    words = ["navbench", "price", run]
+    if prices is not None:
+        words += ["--prices", prices]
+    for key, value in settings.items():
+        words += ["--set", f"{key}={value!r}"]
+    if terms:
+        words += ["--with", ",".join(terms)]
+    return words
 
 
 def _depends(repricing: money.Repricing) -> list[Sensitivity]:

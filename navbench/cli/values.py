@@ -58,13 +58,15 @@ def settings_of(texts: Iterable[str]) -> dict[str, float]:
     """Values by key, of ``KEY=VALUE`` each.
 
     Raises:
-        InputError: one is something else.
+        InputError: one is something else, or a key is given twice.
     """
     settings: dict[str, float] = {}
     for text in texts:
-        key, _, number = text.partition("=")
+        key, _, number = (part.strip() for part in text.partition("="))
+        if key in settings:
+            raise InputError(f"--set {key} is given twice; give it once")
         try:
-            settings[key.strip()] = float(number)
+            settings[key] = float(number)
         except ValueError:
             raise InputError(
                 f"--set '{text}' is not KEY=NUMBER, e.g. delivery_fee_usd_per_run=4.99"

@@ -152,6 +152,8 @@ def test_every_price_can_be_set(write_run):
         (("delivery_fee",), (), "is not KEY=NUMBER"),
         (("delivery_fee=nan",), (), "delivery_fee: nan lies outside"),
         (("delivery_fee=40",), (), "refund 35.42 USD is less than the delivery_fee 40 USD"),
+        (("delivery_fee=4", "delivery_fee=5"), (), "--set delivery_fee is given twice"),
+        (("delivery_fee=4", "delivery_fee_usd_per_run=5"), (), "are the same price"),
         (("motor_efficiency=1.2",), (), "motor_efficiency: 1.2 lies outside 1e-09..1"),
         (("battery_cycles=0",), (), "battery_cycles: 0 lies outside"),
         ((), ("operater",), "unknown optional term 'operater'; did you mean 'operator'"),
@@ -163,6 +165,14 @@ def test_what_cannot_be_used_is_refused_in_one_line(write_run, settings, terms, 
     with pytest.raises(InputError, match=message) as caught:
         choose(run, None, settings_of(settings), names_of(terms))
     assert "\n" not in str(caught.value)
+
+
+def test_the_next_command_has_the_stack_and_the_prices(write_run, capsys):
+    run = f"{write_run('run', stacks=('one', 'two'), episodes=6)}:one"
+    print_price(run, "city_fleet", {"delivery_fee": 5.0}, ["operator", "idle_power"])
+    options = "--prices city_fleet --set delivery_fee=5.0 --with operator,idle_power"
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f"next: navbench price {run} {options} --sensitivity"
 
 
 def test_accounting_by_hand(write_run):
