@@ -96,6 +96,8 @@ def test_no_episode_is_named_where_none_lost_anything(write_run, capsys):
         row |= {"outcome": "sla", "pedestrian_injury_usd": 0.0}
 
     run = write_run("well", change=change)
+    write_table(run / "events.parquet", EVENT_COLUMNS, [])
+    write_checksums(run)
     assert explain(str(run), "--json") == 0
     nothing = {"schema": 1, "stack": "mine", "episode": None, "events": [], "costly_episodes": []}
     assert json.loads(capsys.readouterr().out) == nothing
