@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.analysis.check import SIDES, CheckDeclaration, Verdict, verdict_of
+from harness.analysis.check import SHOWN, SIDES, CheckDeclaration, Verdict, verdict_of
 from harness.economics.valuation import CENT
 from harness.meetings.looks import NUMBERS, expected_bound
 from harness.meetings.results import ArmResult, MeetingsResult
@@ -18,6 +18,15 @@ NOT_SEEN = (
     "somebody who is met because of somebody else",
     "time lost to people who are not touched",
 )
+
+
+@dataclass(frozen=True, slots=True)
+class MissionMet:
+    """What a mission's meetings come to by both sides."""
+
+    episode: int
+    difference: float  # [USD] new less old
+    hits: tuple[float, ...]  # people hit by a delivery, of old and new
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +68,23 @@ class MeetingsChecked:
                     return missions - driven
         return None
 
+    @property
+    def apart(self) -> list[MissionMet]:
+        """The missions that differ most, of those that differ by more than a cent."""
+        result = self.result
+        if result is None:
+            return []
+        most = np.argsort(-np.abs(result.differences), kind="stable")[:SHOWN]
+        return [
+            MissionMet(
+                result.episodes[number],
+                float(result.differences[number]),
+                tuple(result.hits[number].tolist()),
+            )
+            for number in most.tolist()
+            if abs(result.differences[number]) > CENT
+        ]
+
     def as_json(self) -> Row:
         """As ``navbench check --estimator meetings --json`` prints it."""
         declaration, result = self.declaration, self.result
@@ -73,6 +99,7 @@ class MeetingsChecked:
             "not_seen": list(NOT_SEEN),
             "errors": self.errors,
             "meetings": 0,
+            "missions": [],
             **{
                 side: {"given": given}
                 for side, given in zip(SIDES, (declaration.old, declaration.new), strict=True)
@@ -80,6 +107,7 @@ class MeetingsChecked:
         }
         if result is None:
             return document
+        document["missions"] = [_mission_document(each) for each in self.apart]
         document["missions_alike"] = int((np.abs(result.differences) < CENT).sum())
         document["meetings"] = result.meetings
         document["farthest_off_planned_way_m"] = result.farthest_off
@@ -96,6 +124,15 @@ class MeetingsChecked:
         for side, arm in zip(SIDES, result.arms, strict=True):
             document[side] |= _arm_document(arm)
         return document
+
+
+def _mission_document(mission: MissionMet) -> Row:
+    hits = [{"people_hit_per_delivery": each} for each in mission.hits]
+    return {
+        "episode": mission.episode,
+        "difference_usd": mission.difference,
+        **dict(zip(SIDES, hits, strict=True)),
+    }
 
 
 def _arm_document(arm: ArmResult) -> Row:

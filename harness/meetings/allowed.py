@@ -16,25 +16,32 @@ def require_meetings(study: Study) -> None:
     Raises:
         InputError: they do not.
     """
+    reason = why_no_meetings(study)
+    if reason:
+        raise InputError(f"{reason}; {INSTEAD}")
+
+
+def why_no_meetings(study: Study) -> str:
+    """Why meetings cannot be drawn or driven; empty: they can."""
     if not can_copy():
-        raise InputError(f"this system cannot copy a running process; {INSTEAD}")
+        return "this system cannot copy a running process"
     if is_district(study.template.map_name):
-        raise InputError(f"meetings are not drawn on districts yet; {INSTEAD}")
+        return "meetings are not drawn on districts yet"
     for stack in study.stacks:
         if stack.is_policy or stack.navigator == ROS2:
-            raise InputError(
-                f"'{stack.name}' is driven by another process, which cannot be copied; {INSTEAD}"
-            )
-    people = Parts(study.template).params.people
+            return f"'{stack.name}' is driven by another process, which cannot be copied"
+    parts = Parts(study.template)
+    people = parts.params.people
     if people.model != "random_walk":
-        raise InputError(
-            f"the people of this world ({people.model}) react to the robot or are a recording; "
-            f"meetings need random_walk: {INSTEAD}"
+        return (
+            f"the people of this world ({people.model}) react to the robot or are a recording, "
+            "and meetings need random_walk"
         )
     if people.beginning != "stationary":
-        raise InputError(
-            f"the people of this world all set out at once; meetings need 'beginning: stationary', "
-            f"as in paper_loose_bucket: {INSTEAD}"
+        return (
+            "the people of this world all set out at once, and meetings need 'beginning: "
+            "stationary', as in paper_loose_bucket"
         )
     if people.count == 0:
-        raise InputError(f"there is nobody to meet; {INSTEAD}")
+        return "there is nobody to meet"
+    return ""

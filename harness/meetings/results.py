@@ -43,7 +43,9 @@ class ArmResult:
 class MeetingsResult:
     """What the missions driven so far say."""
 
+    episodes: tuple[int, ...]  # numbers of the missions, n
     margins: FloatArray  # [USD a delivery] of each mission by each arm, shape (n, arms)
+    hits: FloatArray  # people hit by a delivery, of each mission by each arm, shape (n, arms)
     arms: tuple[ArmResult, ...]
     strata: tuple[StratumResult, ...]
     farthest_off: float  # [m] that an arm was beside the planned way
@@ -71,7 +73,9 @@ def result_of(known: Sequence[MissionDrive], seed: int = 0) -> MeetingsResult:
     margins = np.array([each.margins for each in known])
     arms, weight = range(margins.shape[1]), unseen_weight(known)
     return MeetingsResult(
+        episodes=tuple(each.episode for each in known),
         margins=margins,
+        hits=np.array([[arm.expected_hits for arm in each.arms] for each in known]),
         arms=tuple(_arm_result(known, arm, margins[:, arm], HIT * weight, seed) for arm in arms),
         strata=tuple(_stratum_result(known, number) for number in range(len(STRATA))),
         farthest_off=max(arm.farthest_off for each in known for arm in each.arms),

@@ -24,7 +24,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
-from harness.meetings.allowed import INSTEAD, require_meetings
+from harness.meetings.allowed import INSTEAD, require_meetings, why_no_meetings
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
 from harness.report.numbers import counted
@@ -83,7 +83,7 @@ def check(
     *,
     within: float = ALIKE,
     budget: float = BUDGET,
-    estimator: str = DELIVERIES,
+    estimator: str | None = None,
     markdown: Path | None = None,
     out: Path | None = None,
     where: Where | None = None,
@@ -97,7 +97,7 @@ def check(
         new: another one of the same kind.
         within: [USD] a delivery; a difference that is surely no larger makes them alike.
         budget: [s] of wall time for driving.
-        estimator: deliveries, or meetings with people.
+        estimator: deliveries, or meetings with people; None: meetings where they can be driven.
         markdown: file for a comment on a pull request; None: none.
         out: run folder; None: ``results/<time>-check-<new>``.
         where: deliveries are driven; None: on this machine.
@@ -112,7 +112,7 @@ def check(
             common, or a run on one side only; by meetings also finished runs, and what
             :func:`require_meetings` refuses.
     """
-    declaration = CheckDeclaration(old, new, within, estimator)
+    declaration = CheckDeclaration(old, new, within, estimator or DELIVERIES)
     require_markdown(markdown)
     if is_run(old) != is_run(new):
         raise InputError(
@@ -125,9 +125,7 @@ def check(
         return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
     where = where or Where()
     study = study_of(old, new, where, map_name=map, **options)
-    if estimator == MEETINGS:
-        require_local(where)
-        require_meetings(study)
+    declaration = dataclasses.replace(declaration, estimator=_estimator(estimator, study, where))
     if is_same(study):
         return written(CheckResult(declaration, None), markdown)
     path = out or default_folder(f"check-{name_of(new)}")
@@ -214,6 +212,26 @@ def is_same(study: Study) -> bool:
         nowhere = dataclasses.replace(alone, nav2_file="", sensors="", robot="")
         known.append((nowhere, texts))
     return known[0] == known[1]
+
+
+def _estimator(given: str | None, study: Study, where: Where) -> str:
+    """The one that was asked for, else meetings where they can be driven; says why not.
+
+    Raises:
+        InputError: meetings were asked for and cannot be driven.
+    """
+    if given == MEETINGS:
+        require_local(where)
+        require_meetings(study)
+    if given is not None:
+        return given
+    reason = why_no_meetings(study)
+    if not where.is_local:
+        reason = "meetings are driven on this machine only"
+    if not reason:
+        return MEETINGS
+    say(f"note: by whole deliveries: {reason}")
+    return DELIVERIES
 
 
 def _driven(

@@ -8,7 +8,13 @@ import click
 
 from navbench.cli.common.brief import Brief
 from navbench.cli.driving import exit_status
-from navbench.cli.options import ESTIMATOR, LOCALIZER, condition_options, path_option, refuse_others
+from navbench.cli.options import (
+    ANY_ESTIMATOR,
+    LOCALIZER,
+    condition_options,
+    path_option,
+    refuse_others,
+)
 from navbench.cli.streams import print_json
 from navbench.cli.values import Finite
 
@@ -44,7 +50,7 @@ SHOWN = (  # in the help
     show_default=True,
     help="USD a delivery; a difference that is surely no larger makes them alike.",
 )
-@ESTIMATOR
+@ANY_ESTIMATOR
 @LOCALIZER
 @condition_options
 @click.option(
@@ -71,7 +77,7 @@ def check(
 
     OLD and NEW are Nav2 files or stacks, which drive the same missions until the difference is
     clear or the budget is over; or finished run folders (FOLDER or FOLDER:STACK). The bound holds
-    at every look. A repeated check drives the same missions.
+    at all looks. A repeated check drives the same missions.
 
     Exit status beside those of navbench --help: 4, the verdict is the one of --fail-if.
 
@@ -80,7 +86,7 @@ def check(
       navbench check nav2.yaml nav2_new.yaml
       navbench check nav2.yaml nav2_new.yaml --budget 10m --fail-if worse --markdown comment.md
       navbench check results/before results/after --json
-      navbench check nav2.yaml nav2_new.yaml --estimator meetings
+      navbench check nav2.yaml nav2_new.yaml --estimator deliveries
       navbench check --resume results/latest --budget 30m
     """
     from harness.analysis.meetings_check import MeetingsChecked

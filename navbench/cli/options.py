@@ -40,6 +40,12 @@ ESTIMATOR = click.option(
     show_default=True,
     help="deliveries: whole ones; meetings: less of them, and meetings with people.",
 )
+ANY_ESTIMATOR = click.option(
+    "--estimator",
+    type=click.Choice(ESTIMATORS),
+    help="deliveries: whole ones; meetings: less of them, and meetings with people, the default "
+    "where people react to nobody.",
+)
 PRICES = click.option(
     "--prices",
     default="costnav",

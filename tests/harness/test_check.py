@@ -216,7 +216,8 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     original = api.Looks.add
     monkeypatch.setattr(api.Looks, "add", interrupted)
     out, files = tmp_path / "out", [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    words = ["check", *files, *short, "--within", "80"]  # [USD]: 4 missions that hardly differ
+    # [USD]: 4 missions that hardly differ
+    words = ["check", *files, *short, "--within", "80", "--estimator", "deliveries"]
     status, text, said = navbench(*words, "--out", out, "--fail-if", "worse")
     assert status == 130 and "interrupted after 2 missions" in said
     assert text.splitlines()[0].startswith(f"NEW {files[1]} against OLD {files[0]}, robot ")
@@ -250,7 +251,8 @@ def test_the_budget_ends_a_check_with_what_is_finished(
     short: list[str],
 ) -> None:
     files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
-    words = ("check", *files, *short, "--out", tmp_path / "out", "--budget", "0.01s")
+    words = ("check", *files, *short, "--out", tmp_path / "out", "--estimator", "deliveries")
+    words = (*words, "--budget", "0.01s")
     status, text, _ = navbench(*words)
     assert status == 0 and "not decided: no mission is finished" in text
     assert text.splitlines()[-1].startswith("next: navbench check --resume")

@@ -1,11 +1,13 @@
 """``navbench check --estimator meetings``: what it prints, and where it cannot be."""
 
 import contextlib
+import dataclasses
 import json
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from harness.analysis.meetings_check import MeetingsChecked
@@ -84,7 +86,46 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
     about.write_text(json.dumps({**json.loads(stored), "command": command}))
     next_command = short_meetings(checked)[-1].text
     about.write_text(stored)
-    assert next_command == "next: navbench check old.yaml new.yaml --map my.yaml"
+    assert (
+        next_command
+        == "next: navbench check old.yaml new.yaml --map my.yaml --estimator deliveries"
+    )
+
+
+def test_the_missions_that_differ_most_are_told(checked: MeetingsChecked) -> None:
+    assert checked.result is not None
+    margins = np.zeros((8, 2))
+    margins[:, 1] = (0.0, -9.0, 2.0, 0.001, -3.0, 0.0, 0.0, 0.0)
+    hits = np.tile((0.0, 0.25), (8, 1))
+    result = dataclasses.replace(
+        checked.result, episodes=tuple(range(10, 18)), margins=margins, hits=hits
+    )
+    told = dataclasses.replace(checked, result=result)
+    assert [each["episode"] for each in told.as_json()["missions"]] == [11, 14, 12]
+    lines = [block.text for block in short_meetings(told)]
+    assert "  11: -9.00 USD; a delivery of OLD hits 0.00 people, of NEW 0.25" in lines
+
+
+@pytest.mark.parametrize(
+    ("more", "estimator", "said"),
+    [
+        ((), "meetings", ""),
+        (("--world", "easy"), "deliveries", "note: by whole deliveries: the people of this world"),
+    ],
+)
+def test_without_being_asked_it_goes_by_meetings_where_they_can_be_driven(
+    navbench,
+    words: list[str],
+    short_meetings_only: None,
+    tmp_path: Path,
+    more: tuple[str, ...],
+    estimator: str,
+    said: str,
+) -> None:
+    options = ("--out", tmp_path / "run", "--budget", "0.01s", "--json")
+    status, text, err = navbench("check", *words[:-2], *more, *options)
+    assert status == 0 and said in err and ("by whole" in err) == bool(said)
+    assert json.loads(text)["estimator"] == estimator
 
 
 @pytest.mark.slow

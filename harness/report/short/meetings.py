@@ -4,6 +4,7 @@ import shlex
 from collections.abc import Callable
 
 from harness.analysis.meetings_check import NOT_SEEN, MeetingsChecked
+from harness.meetings.estimators import DELIVERIES
 from harness.meetings.looks import NUMBERS
 from harness.meetings.results import ArmResult, MeetingsResult
 from harness.report.blocks import Block, Table, Text
@@ -46,6 +47,14 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
     if result is not None:
         lines += aligned([("", "OLD", "NEW"), *_quantities(result)])
         lines.append(f"{METHOD}; {driven_text(result)}")
+    if checked.apart:
+        lines.append("missions that differ most:")
+    for mission in checked.apart:
+        old, new = (f"{each:.2f}" for each in mission.hits)
+        lines.append(
+            f"  {mission.episode}: {mission.difference:+.2f} USD; a delivery of OLD hits {old} "
+            f"people, of NEW {new}"
+        )
     if checked.errors:
         lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
     lines += [blind_spots(), LIMIT, _next(checked)]
@@ -94,7 +103,7 @@ def _next(checked: MeetingsChecked) -> str:
     typed = read_manifest(checked.folder).get("command", [])
     if typed[:2] == words[:2]:
         words = without(typed, ("--estimator", "--out"))
-    return f"next: {shlex.join(words)}"
+    return f"next: {shlex.join([*words, '--estimator', DELIVERIES])}"
 
 
 def _quantities(result: MeetingsResult) -> list[tuple[str, ...]]:
