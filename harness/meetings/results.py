@@ -148,7 +148,7 @@ def _margin(margins: FloatArray, losses: FloatArray, unseen: float, seed: int) -
     greatest = max(float(losses.max(initial=0.0)), unseen)
     if greatest == 0.0:
         return found
-    rate = poisson_rate(losses[losses > 0.0] / greatest, n / greatest)
+    rate = poisson_rate(losses[losses > 0.0], n, greatest)
     assert rate.value is not None and rate.low is not None and rate.high is not None
     low, high = mean - (rate.high - rate.value), mean + (rate.value - rate.low)
     return wider(found, Interval(mean, low, high, n))
@@ -173,8 +173,7 @@ def weighted_rate(
     heaviest = float(every.max(initial=0.0))
     if found.high is None or heaviest == 0.0:
         return dataclasses.replace(found, low=None, high=None)
-    seen = np.repeat(every / heaviest, events)
-    admitted = poisson_rate(seen, float(sizes.sum()) / heaviest).high
+    admitted = poisson_rate(np.repeat(every, events), float(sizes.sum()), heaviest).high
     assert admitted is not None, "somebody drove"
     return dataclasses.replace(found, high=max(found.high, admitted))
 

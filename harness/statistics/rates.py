@@ -8,17 +8,18 @@ from navstack.types import FloatArray
 TAIL = 0.025  # on either side of a 95 % interval
 
 
-def poisson_rate(weights: FloatArray, exposure: float) -> Interval:
+def poisson_rate(weights: FloatArray, exposure: float, heaviest: float = 1.0) -> Interval:
     """Events per unit of exposure, with the 95 % interval of a Poisson count.
 
     Where each event has a weight of 1, that is exact (Garwood 1936, "Fiducial limits for the
     Poisson distribution"). Else it is the one of Fay and Feuer 1997, "Confidence intervals for
-    directly standardized rates", Statistics in Medicine 16; an event not seen yet may weigh 1.
+    directly standardized rates", Statistics in Medicine 16.
 
     Args:
-        weights: of the events that happened, shape (n,), each in 0..1, e.g. a contact's risk of an
-            injury.
+        weights: of the events that happened, shape (n,), each from 0 to ``heaviest``, e.g. a
+            contact's risk of an injury.
         exposure: over which they did, e.g. a distance; none: the rate is undefined.
+        heaviest: what an event not seen yet may weigh.
     """
     count = weights.size
     if exposure <= 0.0:
@@ -27,7 +28,7 @@ def poisson_rate(weights: FloatArray, exposure: float) -> Interval:
     low = 0.0
     if total > 0.0:
         low = variance / total / 2.0 * _chi_squared(TAIL, 2.0 * total**2 / variance)
-    above, spread = total + 1.0, variance + 1.0
+    above, spread = total + heaviest, variance + heaviest**2
     high = spread / above / 2.0 * _chi_squared(1.0 - TAIL, 2.0 * above**2 / spread)
     return Interval(total / exposure, low / exposure, high / exposure, count)
 
