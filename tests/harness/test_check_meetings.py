@@ -13,7 +13,7 @@ import pytest
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings import crowd, estimate, looks
 from harness.meetings.kept import FILE
-from harness.report.short.meetings import short_meetings
+from harness.report.short.meetings import meetings_markdown, short_meetings
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from navbench.api.check import check
@@ -104,6 +104,9 @@ def test_the_missions_that_differ_most_are_told(checked: MeetingsChecked) -> Non
     assert [each["episode"] for each in told.as_json()["missions"]] == [11, 14, 12]
     lines = [block.text for block in short_meetings(told)]
     assert "  11: -9.00 USD; a delivery of OLD hits 0.00 people, of NEW 0.25" in lines
+    row = ("11", "-9.00", "0.00", "0.25")
+    cells = [line.strip("| ").split("|") for line in meetings_markdown(told).splitlines()]
+    assert row in [tuple(cell.strip() for cell in line) for line in cells]
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,12 @@ def meetings_markdown(checked: MeetingsChecked) -> str:
     if result is not None:
         blocks.append(Table("What they earn", ("Mean", "OLD", "NEW"), _quantities(result)))
         blocks.append(Text(f"{METHOD}; {driven_text(result)}"))
+    missions = [
+        (str(each.episode), f"{each.difference:+.2f}", *(f"{hits:.2f}" for hits in each.hits))
+        for each in checked.apart
+    ]
+    heads = ("Mission", "NEW - OLD [$]", "OLD hits (1/delivery)", "NEW hits (1/delivery)")
+    blocks.append(Table("Missions that differ most", heads, missions))
     return markdown_text([*blocks, Text(blind_spots()), Text(LIMIT)])
 
 
