@@ -94,11 +94,31 @@ class Checks:
     moves_at_most: float | None = None  # [m] from the start
     believes_within: float | None = None  # [m] of the truth, at any time
 
+    def __post_init__(self) -> None:
+        """Check what the types cannot.
+
+        Raises:
+            ParameterError: a number below 0, or a rectangle in which nothing can be.
+        """
+        for name, value in self.asked.items():
+            if isinstance(value, float) and value < 0.0:
+                raise ParameterError(f"checks: {name} {value:g} is below 0")
+        for x0, y0, x1, y1 in self.keeps_out_of:
+            if not (x0 < x1 and y0 < y1):
+                raise ParameterError(
+                    f"checks: keeps_out_of {[x0, y0, x1, y1]} has no area; needed are x0 < x1 and "
+                    "y0 < y1"
+                )
+
     @property
     def asked(self) -> dict[str, Any]:
-        """The checks that are given, by name."""
+        """The checks that are given, by name; 0 is a number, and given."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in values.items() if value not in (None, False, ())}
+        return {
+            name: value
+            for name, value in values.items()
+            if value is not None and value is not False and value != ()
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +173,12 @@ class Scenario:
             raise ParameterError(
                 f"time_limit {self.time_limit} s, seed {self.seed}; allowed: up to {LONGEST:g}, "
                 "from 0"
+            )
+        within = self.checks.arrives_within
+        if within is not None and within > self.time_limit:
+            raise ParameterError(
+                f"checks: arrives_within {within:g} s is beyond the time_limit "
+                f"{self.time_limit:g} s"
             )
         if len(self.people) + len(self.things) > MOST_ACTORS:
             raise ParameterError(

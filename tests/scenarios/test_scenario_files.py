@@ -28,6 +28,9 @@ checks: {arrives_within: 10.0}
 """
 
 
+ZERO = "moves_at_most: 0, never_closer_than: 0.0, no_collision: false"
+
+
 def write(folder: Path, text: str) -> Path:
     path = folder / "short.yaml"
     path.write_text(text)
@@ -53,6 +56,9 @@ def seen_at(x: float) -> BodyState:
         ),
         ("metres.", "metres", "is not a sentence"),
         ("drawing:", "map: sidewalk\ndrawing:", "either 'map' or 'drawing'"),
+        ("{arrives_within: 10.0}", "{moves_at_most: -1}", "moves_at_most -1 is below 0"),
+        ("{arrives_within: 10.0}", "{keeps_out_of: [[1, 1, 0, 2]]}", "has no area"),
+        ("{arrives_within: 10.0}", "{arrives_within: 11}", "is beyond the time_limit 10 s"),
         ("checks:", "things: [{box: [1, 1, 0, 2]}]\nchecks:", "x0 < x1"),
     ],
 )
@@ -60,6 +66,11 @@ def test_files_are_strict(tmp_path: Path, old: str, new: str, words: str) -> Non
     with pytest.raises(InputError, match="short.yaml") as error:
         load_scenario(write(tmp_path, SHORT.replace(old, new)))
     assert words in str(error.value)
+
+
+def test_a_check_of_zero_is_a_check(tmp_path: Path) -> None:
+    checks = load_scenario(write(tmp_path, SHORT.replace("arrives_within: 10.0", ZERO))).checks
+    assert checks.asked == {"moves_at_most": 0.0, "never_closer_than": 0.0}
 
 
 def test_a_drawing_becomes_ground_and_walls() -> None:
