@@ -16,7 +16,7 @@ from harness.metrics.decisions import CRITIC_COLUMNS, DECISION_COLUMNS
 from harness.metrics.encounters import Body
 from harness.metrics.replay_log import plans_of, tracks_of
 from harness.storage.parameters import parameter_folder
-from harness.storage.tables import read_rows, write_table
+from harness.storage.tables import names_of_columns, read_rows, write_table
 from harness.storage.texts import quoted
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
@@ -100,10 +100,8 @@ def read_decisions(path: Path) -> tuple[Row, ...]:
     Raises:
         InputError: it cannot be read.
     """
-    import pyarrow.parquet as pq
-
     try:
-        names = pq.read_schema(path).names
+        names = names_of_columns(path)
     except (OSError, ValueError) as error:
         raise InputError(
             f"{path}: is damaged ({error}); make the run again with --record full"

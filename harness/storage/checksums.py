@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from harness.storage.files import write_text
+from harness.storage.texts import utf_8
 
 CHECKSUMS = "checksums.json"  # SHA-256 of each file below, by name
 OF_ALL = ("run.json", "params/*", "parameters.json")
@@ -45,7 +46,7 @@ def write_checksums(folder: Path, coming: Mapping[str, str] | None = None) -> No
 
     Of those that are to be written next, the texts are given.
     """
-    known = {name: _digest(text.encode()) for name, text in (coming or {}).items()}
+    known = {name: _digest(utf_8(text)) for name, text in (coming or {}).items()}
     _write(folder, _digests(folder, (*OF_ALL, *OF_FINISHED, RECORDINGS)) | known)
 
 

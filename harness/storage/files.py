@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
+from harness.storage.texts import utf_8
 from navstack.errors import InputError
 
 # in a suite's folder: its declaration, and a folder that it writes
@@ -31,9 +32,9 @@ LOCK = "run.lock"  # in a folder as long as a program writes it
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
+    """Write a text file, whole or not at all; see :func:`utf_8`."""
     with replacing(path) as stream:
-        stream.write(text.encode())
+        stream.write(utf_8(text))
 
 
 def nearby(path: Path) -> Path:

@@ -3,15 +3,19 @@
 A small Parquet file can unpack to any size.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from harness.storage.files import replacing
 from harness.storage.rows import Columns, Row, Rows, schema_of
 from navstack.errors import InputError
 from navstack.files import check_regular
+
+if TYPE_CHECKING:
+    import pyarrow.parquet as pq
 
 MOST_VALUES = 100_000_000  # of a table, some 800 MB: 1.3 million deliveries, 6 million events
 MOST_BYTES = 1_000_000_000  # of the file, of the columns as it holds them, and of the rows unpacked
@@ -19,6 +23,22 @@ MOST_BYTES = 1_000_000_000  # of the file, of the columns as it holds them, and 
 MOST_TEXT = 10_000_000
 MOST_NUMBER = 1e300
 ROWS_AT_ONCE = 10_000  # of a table in memory
+
+
+@contextmanager
+def opened_table(path: Path) -> "Iterator[pq.ParquetFile]":
+    """A Parquet file. Of Arrow's own, names that are not UTF-8 could not be opened."""
+    import pyarrow.parquet as pq
+
+    with path.open("rb") as stream, pq.ParquetFile(stream) as file:
+        yield file
+
+
+def names_of_columns(path: Path) -> list[str]:
+    """Of a Parquet file."""
+    with opened_table(path) as file:
+        names: list[str] = file.schema_arrow.names
+    return names
 
 
 def read_rows(path: Path, columns: Columns) -> Rows:
@@ -32,14 +52,13 @@ def read_rows(path: Path, columns: Columns) -> Rows:
         InputError: the file cannot be read, is damaged, too large, or holds values of other types.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     wanted = schema_of(columns)
     batches: list[pa.RecordBatch] = []
     left = MOST_BYTES
     try:
         check_regular(path, MOST_BYTES)
-        with pq.ParquetFile(path) as file:
+        with opened_table(path) as file:
             stored = [name for name in columns if name in file.schema_arrow.names]
             if not stored:
                 raise InputError(

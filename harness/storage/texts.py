@@ -8,17 +8,22 @@ LONGEST_TEXT = 1000  # [characters] of a text in a row
 FEW = 100  # seconds or minutes, below which they are told as such
 
 
-def clean_text(text: str) -> str:
-    r"""A text without what UTF-8 cannot hold, of at most :data:`LONGEST_TEXT` characters.
+def utf_8(text: str) -> bytes:
+    r"""A text as UTF-8, with escapes for what that cannot hold.
 
     Names of files that are not UTF-8 have lone surrogates in Python: ``\udcff`` becomes
     ``\\udcff``.
     """
+    return text.encode("utf-8", "backslashreplace")
+
+
+def clean_text(text: str) -> str:
+    """A text without what UTF-8 cannot hold, of at most :data:`LONGEST_TEXT` characters."""
     if len(text) > LONGEST_TEXT:
         text = text[:LONGEST_TEXT]
     if text.isascii():
         return text
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")[:LONGEST_TEXT]
+    return utf_8(text).decode("utf-8")[:LONGEST_TEXT]
 
 
 def name_of(file: str | Path) -> str:

@@ -7,7 +7,6 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from harness.economics.accountings import COUNTED, PERSON
 from harness.economics.contact_costs import injury_measures
@@ -22,7 +21,7 @@ from harness.storage.parameters import FOLDER
 from harness.storage.rows import Rows
 from harness.storage.run_folder import JOURNAL, MOST_LINE
 from harness.storage.shipped import is_district
-from harness.storage.tables import read_rows
+from harness.storage.tables import opened_table, read_rows
 from harness.study.derived import in_economics, in_formulas, is_like, is_near
 from harness.study.drive import TABLES, run_document, summarize_study
 from harness.study.manifest import is_same_program
@@ -223,7 +222,10 @@ def _is_recording_of(file: Path, row: Row) -> bool:
 def _are_decisions_of(file: Path, row: Row) -> bool:
     names = ["stamp_s", "believed_x_m", "believed_y_m"]
     try:
-        found = pq.read_table(file, columns=names).to_pylist()
+        with opened_table(file) as table:
+            if not set(names) <= set(table.schema_arrow.names):
+                return False
+            found = table.read(columns=names).to_pylist()
     except BROKEN:
         return False
     if not found:

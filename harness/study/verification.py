@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from harness.episode.episode import Delivery, run_episode
 from harness.metrics.columns import EPISODE_COLUMNS, Row
@@ -15,6 +14,7 @@ from harness.storage.files import BROKEN
 from harness.storage.manifest_file import mixed_files
 from harness.storage.rows import values
 from harness.storage.run_folder import JOURNAL
+from harness.storage.tables import names_of_columns, opened_table
 from harness.study.consistency import contradictions, recording_files
 from harness.study.manifest import code_notes, differences, is_this_program, load_study
 from harness.study.stored_run import StoredRun, load_run
@@ -156,9 +156,9 @@ def _differing(folder: Path, run: StoredRun, stored: Row, driven: Delivery) -> l
         for event in run.events
         if (event["stack"], event["episode"]) == (stored["stack"], stored["episode"])
     ]
-    columns = pq.read_schema(folder / "episodes.parquet").names
+    columns = names_of_columns(folder / "episodes.parquet")
     found = sorted(name for name in columns if not _is_same(driven.row.get(name), stored[name]))
-    of_events = pq.read_schema(folder / "events.parquet").names
+    of_events = names_of_columns(folder / "events.parquet")
     if not _are_same(driven.events, own, of_events):
         found.append("events")
     recording, decisions = recording_files(folder, stored)
@@ -190,7 +190,8 @@ def _is_recorded(arrays: Mapping[str, Any], file: Path) -> bool:
 
 def _are_told(columns: Mapping[str, Any], ours: Sequence[Row], file: Path) -> bool:
     try:
-        return _are_same(ours, pq.read_table(file).to_pylist(), [*columns])
+        with opened_table(file) as table:
+            return _are_same(ours, table.read().to_pylist(), [*columns])
     except BROKEN:
         return False
 

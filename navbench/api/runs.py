@@ -4,11 +4,11 @@ import dataclasses
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from harness.analysis.dearest import Dear, dearest_of
 from harness.economics.valuation import Valuation, value
 from harness.statistics.interval import Interval
+from harness.storage.tables import opened_table
 from harness.study.stored_run import StoredRun, load_run
 from navstack.errors import InputError
 
@@ -64,7 +64,8 @@ class Run:
         """
         if name not in TABLES:
             raise InputError(f"unknown table '{name}'; known: {', '.join(TABLES)}")
-        table = pq.read_table(self.folder / f"{name}.parquet")
+        with opened_table(self.folder / f"{name}.parquet") as file:
+            table = file.read()
         is_own = [stack in self.stacks for stack in table["stack"].to_pylist()]
         return table.filter(pa.array(is_own, pa.bool_()))
 

@@ -1,6 +1,8 @@
 """``navbench day``: from run folders to a page."""
 
+import dataclasses
 import json
+import os
 
 import pytest
 
@@ -21,7 +23,8 @@ SMALL = ("--robots", 3, "--operators", 1, "--set", "orders_per_day=30", "--days"
 
 
 def test_a_day_is_told_in_25_lines_with_a_page(navbench, write_run, tmp_path, rendering):
-    run = write_run("mine", change=with_a_way)
+    odd = os.fsdecode(b"odd-\xff")  # a name that is not UTF-8
+    run = write_run(odd, change=with_a_way)
     status, out, _ = navbench("day", "--legs", run, *SMALL, "--out", tmp_path / "day")
     lines = out.splitlines()
     assert status == 0 and len(lines) <= 25
