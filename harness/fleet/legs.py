@@ -13,7 +13,7 @@ from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.prices import Prices
 from harness.economics.rates import NEEDS_PEOPLE
-from harness.economics.valuation import column, deliveries, missions
+from harness.economics.valuation import column, deliveries, has_too_few, missions
 from harness.metrics.columns import LEG_COLUMNS, Row
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.statistics.bootstrap import IntArray
@@ -108,27 +108,46 @@ def library_of(runs: Sequence[StoredRun], prices: Prices) -> Library:
     """The legs of finished runs of one stack, e.g. among different numbers of people.
 
     Raises:
-        InputError: several stacks, no finished delivery, or none that came any closer to its goal.
+        InputError: several stacks, a run that :func:`_require_legs` refuses, or no delivery came
+            any closer to its goal.
     """
     names = dict.fromkeys(stack.name for run in runs for stack in run.stacks)
     if len(names) > 1:
         raise InputError(
             f"the legs are of {len(names)} stacks ({', '.join(names)}); choose one as FOLDER:stack"
         )
-    driven = [run for run in runs if run.stacks and run.stacks[0].rows]
-    if not driven:
-        raise InputError(f"{runs[0].folder} has no finished delivery; legs are made of these")
+    _require_legs(runs)
     by_people: dict[float, list[Legs]] = {}
-    for run in driven:
+    for run in runs:
         by_people.setdefault(_people_of(run), []).append(_legs(run, prices))
     groups = tuple(_joined(by_people[people]) for people in sorted(by_people))
     for group in groups:
         if not group.mean_progress > 0.0:  # also NaN
             raise InputError("no leg comes closer to its goal; no delivery can be made of them")
-    stack = driven[0].stacks[0]
-    outcomes = {outcome for run in driven for outcome in values(run.stacks[0].rows, "outcome")}
+    stack = runs[0].stacks[0]
+    outcomes = {outcome for run in runs for outcome in values(run.stacks[0].rows, "outcome")}
     capex = price(_of_nothing(), stack.carries, stack.data_collection, prices).capex_usd
     return Library(stack.name, groups, capex, "arrived" not in outcomes)
+
+
+def _require_legs(runs: Sequence[StoredRun]) -> None:
+    """Check that each run has legs of its own.
+
+    Raises:
+        InputError: a run is given twice, has no finished delivery, or too many without a result.
+    """
+    folders = [run.folder.resolve() for run in runs]
+    for run, folder in zip(runs, folders, strict=True):
+        if folders.count(folder) > 1:
+            raise InputError(f"{run.folder} is given twice; each of its legs would count twice")
+        if not run.stacks or not run.stacks[0].rows:
+            raise InputError(f"{run.folder} has no finished delivery; legs are made of these")
+        finished, errors = len(run.stacks[0].rows), run.stacks[0].errors
+        if has_too_few(finished, errors):
+            raise InputError(
+                f"{run.folder}: {errors} of {finished + errors} deliveries have no result, which "
+                "may be those that matter; drive them again"
+            )
 
 
 def _in_legs(run: StoredRun) -> tuple[StoredRun, IntArray]:

@@ -94,6 +94,19 @@ def test_legs_of_several_stacks_are_refused(write_run):
         library_of([run], load_prices())
 
 
+def test_each_run_must_have_legs_of_its_own(write_run):
+    run = load_run(str(write_run("mine", episodes=4)))
+    failed = dataclasses.replace(run.stacks[0], errors=1)
+    empty = dataclasses.replace(run.stacks[0], rows=[])
+    for runs, told in (
+        ([run, run], "is given twice"),
+        ([dataclasses.replace(run, stacks=(failed,))], "1 of 5 deliveries have no result"),
+        ([dataclasses.replace(run, stacks=(empty,))], "has no finished delivery"),
+    ):
+        with pytest.raises(InputError, match=told):
+            library_of(runs, load_prices())
+
+
 def test_legs_that_lead_nowhere_are_refused(navbench, write_run):
     run = write_run("slow", change=lambda row: row.update(shortest_path_m=0.5))
     status, out, errors = navbench("day", "--legs", run, *SMALL)
@@ -119,6 +132,7 @@ def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, wr
     [
         (("--robots", "0"), 1, "robots 0 must be a whole number, 1 to 10000"),
         (("--set", "robotz=3"), 1, "did you mean"),
+        (("--set", "robots=3", "--robots", "4"), 1, "--set robots and --robots are the same"),
         (("--set", "delivery_fee=-1"), 1, "delivery_fee"),
         (("--days", "0"), 1, "give 1 to"),
         (("--settings", "village"), 1, "village"),

@@ -12,6 +12,7 @@ from navbench.api import day as api
 from navbench.api.runs import load
 from navbench.cli.options import JSON, OTHER_PRICES, SETTINGS
 from navbench.cli.streams import print_json
+from navstack.errors import InputError
 
 
 @click.command()
@@ -76,6 +77,9 @@ def day(
     """
     sizes = {"robots": robots, "operators": operators}
     values = {key: float(size) for key, size in sizes.items() if size is not None}
+    for key in values:
+        if key in settings:
+            raise InputError(f"--set {key} and --{key} are the same; give one of them")
     found = api.day(
         [load(each) for each in legs],
         [load(each) for each in legs_b],
