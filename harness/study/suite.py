@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.storage.shipped import DEFAULT_WORLD
-from harness.storage.texts import name_of
+from harness.storage.texts import name_of, quoted
 from harness.task.study import Study, make_study, parse_pose
 from navstack.errors import InputError, ParameterError, UnknownNameError
 from navstack.params.strict import load_dataclass
@@ -128,7 +128,7 @@ class Portion:
         """As they are given on a command line."""
         episodes = "" if self.episodes is None else f" --episodes {self.episodes}"
         named = [*(("stack", name) for name in self.stacks), *(("map", name) for name in self.maps)]
-        return "".join(f" --{option} {name}" for option, name in named) + episodes
+        return "".join(f" --{option} {quoted(name)}" for option, name in named) + episodes
 
 
 def _chosen(option: str, asked: Sequence[str], declared: Sequence[str]) -> set[str]:

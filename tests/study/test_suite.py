@@ -119,6 +119,7 @@ def test_a_portion_takes_some_stacks_on_some_maps() -> None:
         ("parked", "sidewalk_2"),
     ]
     assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
+    assert Portion(stacks=("my stack.yaml",)).options == " --stack 'my stack.yaml'"
 
 
 @pytest.mark.slow
