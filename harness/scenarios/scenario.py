@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from navstack.action_codes import REASONS
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D
@@ -99,7 +100,10 @@ class Checks:
 
         Raises:
             ParameterError: a number below 0, or a rectangle in which nothing can be.
+            UnknownNameError: an error that Nav2 does not have.
         """
+        if self.gives_up_with is not None and self.gives_up_with not in REASONS:
+            raise UnknownNameError("checks: gives_up_with", self.gives_up_with, REASONS)
         for name, value in self.asked.items():
             if isinstance(value, float) and value < 0.0:
                 raise ParameterError(f"checks: {name} {value:g} is below 0")

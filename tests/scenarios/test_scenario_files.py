@@ -58,6 +58,7 @@ def seen_at(x: float) -> BodyState:
         ("drawing:", "map: sidewalk\ndrawing:", "either 'map' or 'drawing'"),
         ("{arrives_within: 10.0}", "{moves_at_most: -1}", "moves_at_most -1 is below 0"),
         ("{arrives_within: 10.0}", "{keeps_out_of: [[1, 1, 0, 2]]}", "has no area"),
+        ("{arrives_within: 10.0}", "{gives_up_with: NO_PATH}", "did you mean 'NO_VALID_PATH'"),
         ("{arrives_within: 10.0}", "{arrives_within: 11}", "is beyond the time_limit 10 s"),
         ("checks:", "things: [{box: [1, 1, 0, 2]}]\nchecks:", "x0 < x1"),
     ],
