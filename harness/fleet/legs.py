@@ -19,7 +19,7 @@ from harness.metrics.contacts import PRICED_PROPERTY
 from harness.statistics.bootstrap import IntArray
 from harness.storage.rows import Rows, values
 from harness.storage.tables import read_rows
-from harness.study.stored_run import StoredRun, leg_file, repriced
+from harness.study.stored_run import StoredRun, leg_file, repriced, require_different
 from harness.world.outcome import Outcome
 from navstack.errors import InputError
 from navstack.types import FloatArray
@@ -136,10 +136,8 @@ def _require_legs(runs: Sequence[StoredRun]) -> None:
     Raises:
         InputError: a run is given twice, has no finished delivery, or too many without a result.
     """
-    folders = [run.folder.resolve() for run in runs]
-    for run, folder in zip(runs, folders, strict=True):
-        if folders.count(folder) > 1:
-            raise InputError(f"{run.folder} is given twice; each of its legs would count twice")
+    require_different(runs)
+    for run in runs:
         if not run.stacks or not run.stacks[0].rows:
             raise InputError(f"{run.folder} has no finished delivery; legs are made of these")
         finished, errors = len(run.stacks[0].rows), run.stacks[0].errors

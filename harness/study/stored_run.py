@@ -268,3 +268,18 @@ def _described(folder: Path) -> dict[str, Any]:
             "a run"
         )
     return {**about, "stacks": stacks}
+
+
+def require_different(runs: Sequence[StoredRun]) -> None:
+    """Check that no stack of a run is given twice; its deliveries would count twice.
+
+    Raises:
+        InputError: one is.
+    """
+    known: set[tuple[Path, str]] = set()
+    for run in runs:
+        for stack in run.stacks:
+            place = (run.folder.resolve(), stack.name)
+            if place in known:
+                raise InputError(f"'{run.folder}:{stack.name}' is given twice; give it once")
+            known.add(place)

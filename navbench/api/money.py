@@ -12,6 +12,7 @@ from harness.analysis.repricing import Choices, Repriced, choose, reprice, repri
 from harness.analysis.sensitivity import Sensitivity, sensitivities, sensitivity_document
 from harness.metrics.columns import Row
 from harness.report.sensitivity import draw_figures
+from harness.study.stored_run import require_different
 from navbench.api.runs import Run
 from navstack.errors import InputError
 
@@ -25,9 +26,11 @@ def compare(first: Run, second: Run, metrics: Collection[str] = ()) -> Compariso
         metrics: keys such as ``margin`` and ``sla``; none: all.
 
     Raises:
-        InputError: several stacks in one, no mission in common, or an unknown metric.
+        InputError: several stacks in one, twice the same, no mission in common, or an unknown
+            metric.
     """
     sides = side_of(first.stored), side_of(second.stored)
+    require_different([side.run for side in sides])
     found = compare_sides(*sides, metrics)
     return replace(found, audit=audit_sides(*sides))
 

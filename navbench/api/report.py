@@ -13,7 +13,7 @@ from harness.report.page.replays import one_recorded, shown
 from harness.report.page.scenery import scene_of_run
 from harness.report.replay_bag import write_bag
 from harness.storage.files import require_writable, write_text, writing
-from harness.study.stored_run import StoredRun
+from harness.study.stored_run import StoredRun, require_different
 from harness.world.map.scene import Scene
 from navbench.api.driving import say_notes
 from navbench.api.progress import count_shown, say
@@ -40,10 +40,11 @@ def report(
         again: dearest deliveries that are driven again for the page where they were not recorded.
 
     Raises:
-        InputError: the page cannot be written.
+        InputError: the page cannot be written, or a stack of a run is given twice.
     """
     require_writable("page", out, PAGES)
     stored = [run.stored for run in runs]
+    require_different(stored)
     with tempfile.TemporaryDirectory(prefix="navbench-") as folder:
         recordings, notes = _drive_again(stored, min(again, replays), Path(folder))
         page = report_page(stored, replays, today(), recordings, notes)

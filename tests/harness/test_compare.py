@@ -91,6 +91,14 @@ def test_deliveries_without_a_partner_count_for_the_margin_of_all(write_run, nav
     assert status == 0 and line.endswith(f"USD a delivery {more}")
 
 
+@pytest.mark.parametrize("command", ["compare", "report"])
+def test_a_run_that_is_given_twice_is_refused(write_run, navbench, tmp_path, command):
+    run = write_run("a", episodes=6)
+    (tmp_path / "link").symlink_to(run)
+    status, out, error = navbench(command, run, f"{tmp_path / 'link'}:mine")
+    assert (status, out) == (1, "") and "given twice; give it once" in error
+
+
 def test_a_run_against_itself_differs_in_nothing(write_run):
     run = write_run("a")
     result = compared(run, run)

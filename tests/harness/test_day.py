@@ -99,7 +99,7 @@ def test_each_run_must_have_legs_of_its_own(write_run):
     failed = dataclasses.replace(run.stacks[0], errors=1)
     empty = dataclasses.replace(run.stacks[0], rows=[])
     for runs, told in (
-        ([run, run], "is given twice"),
+        ([run, run], "given twice"),
         ([dataclasses.replace(run, stacks=(failed,))], "1 of 5 deliveries have no result"),
         ([dataclasses.replace(run, stacks=(empty,))], "has no finished delivery"),
     ):
