@@ -51,8 +51,9 @@ def save_picture(figure: "Figure", path: Path) -> None:
         with replacing(path) as stream:
             stream.write(content.getvalue())
     except (OSError, ValueError) as error:  # matplotlib knows not every ending
+        reason = getattr(error, "strerror", error)
         raise InputError(
-            f"picture {path}: cannot be written ({error}); give an existing folder and .png"
+            f"picture {path}: cannot be written ({reason}); give a folder with room, and .png"
         ) from None
 
 
