@@ -25,7 +25,7 @@ from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
-from navstack.errors import ParameterError
+from navstack.errors import ParameterError, UnknownNameError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
@@ -78,6 +78,10 @@ def _drive(scenario: Scenario, path: Path) -> ScenarioDrive:
     known = _scene(scenario, path)
     mapped = with_things(known, tuple(thing for thing in scenario.things if thing.on_map))
     real = with_things(known, scenario.things)
+    grounds = {zone.kind for zone in real.zones}
+    for kind in scenario.checks.stays_off:
+        if kind not in grounds:
+            raise UnknownNameError(f"ground of {path}", kind, grounds)
     robot, nav2 = robot_of(stack.robot), nav2_parameters(stack.nav2_file, True)
     params = world_params(
         str(resolve(_beside(path, scenario.world), shipped("params") / "worlds", "world")), None

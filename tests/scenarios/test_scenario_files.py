@@ -74,6 +74,12 @@ def test_a_check_of_zero_is_a_check(tmp_path: Path) -> None:
     assert checks.asked == {"moves_at_most": 0.0, "never_closer_than": 0.0}
 
 
+def test_ground_that_the_place_does_not_have_is_refused(tmp_path: Path) -> None:
+    text = SHORT.replace("arrives_within: 10.0", "stays_off: [sidewolk]")
+    with pytest.raises(InputError, match="did you mean 'sidewalk'"):
+        run_scenario(write(tmp_path, text))
+
+
 def test_a_drawing_becomes_ground_and_walls() -> None:
     scene = draw_scene(Drawing("#.\n=x", 0.5, (10.0, 20.0)), "place")
     assert scene.geometry.data.shape == (20, 20)
