@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 from harness.storage.checksums import write_checksums
 from harness.storage.documents import json_text
 from harness.storage.files import write_text
-from harness.storage.manifest_file import read_manifest
+from harness.storage.manifest_file import EXTENDED, extended_from, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import pack_parameters
 from navstack.errors import InputError
@@ -31,7 +31,7 @@ from navstack.errors import InputError
 TABLES = ("episodes", "events")
 LEVEL = 22  # of zstandard: written once, read often
 OF_EACH = ("command", "program_sha256")  # of a manifest
-MAY_DIFFER = ("stacks", "machine", "policies_sha256", OF_STACKS, *OF_EACH)
+MAY_DIFFER = ("stacks", "machine", "policies_sha256", EXTENDED, OF_STACKS, *OF_EACH)
 
 
 def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
@@ -118,11 +118,17 @@ def _together(
     manifests: Sequence[dict[str, Any]],
     machine: str,
 ) -> dict[str, Any]:
-    """One manifest; what each of the runs says of itself stands there by stack."""
+    """One manifest; what each of the runs says of itself stands there by stack.
+
+    All looks that were taken at any of the runs before it was extended stand there together.
+    """
     own: dict[str, Any] = {}
     for run, manifest in zip(runs, manifests, strict=True):
         own |= _own(run, manifest)
     shared = {key: value for key, value in manifests[0].items() if key not in OF_EACH}
+    looks = sorted({seen for run in runs for seen in extended_from(run)})
+    if looks:
+        shared[EXTENDED] = looks
     return {"machine": {"processor": machine}, **shared, OF_STACKS: own}
 
 
