@@ -26,6 +26,7 @@ from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.errors import BehaviorError, ControlError, PlanningError
 from navstack.navigation_status import Counts, Status, Trouble, history_text
 from navstack.planning.planner import Planner
+from navstack.plugin_answers import checked_plan
 from navstack.recovery import default_recoveries
 from navstack.stopwatch import Latencies, Stopwatch
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
@@ -176,6 +177,7 @@ class NavigateToPose:
                 plan = self._planner.plan(
                     state.pose, self._goal, self._global_costmap.master, state.stamp
                 )
+            plan = checked_plan(plan, self._planner)
         except PlanningError as error:
             was_following = self._following
             self._planning_failed(error, state)

@@ -27,6 +27,10 @@ class ParameterError(InputError):
     """A parameter file, key or value cannot be used."""
 
 
+class PluginError(InputError):
+    """An algorithm answered what is no answer of its kind."""
+
+
 class MapError(InputError):
     """A map cannot be used."""
 

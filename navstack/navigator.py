@@ -13,6 +13,7 @@ from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.geometry import largest_variance
 from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Counts, Status, Trouble
+from navstack.plugin_answers import checked_belief
 from navstack.safety.collision_monitor import CollisionMonitor, MonitorAction
 from navstack.safety.velocity_smoother import VelocitySmoother
 from navstack.stopwatch import Latencies
@@ -246,7 +247,7 @@ class Navigator:
             self._to_smooth = self._chosen = command
 
     def _sense(self, observation: Observation) -> RobotState:
-        self.belief = self._localizer.update(observation)
+        self.belief = checked_belief(self._localizer.update(observation), self._localizer)
         if observation.odometry is not None:
             self._odometry = observation.odometry
         unsure = math.sqrt(largest_variance(self.belief.covariance))

@@ -7,6 +7,7 @@ import numpy as np
 from harness.policy.interface import ROUTE_POINTS, ROUTE_SPACING, Image, PolicyObservation
 from navstack.geometry import points_relative_to, relative_to, rotation
 from navstack.localization.localizer import Localizer
+from navstack.plugin_answers import checked_belief
 from navstack.types import (
     Belief,
     FloatArray,
@@ -96,7 +97,8 @@ class Senses:
 
     def take_in(self, observation: Observation) -> None:
         """Take in what arrived since the last call."""
-        self.belief, self.stamp = self._localizer.update(observation), observation.stamp
+        self.belief = checked_belief(self._localizer.update(observation), self._localizer)
+        self.stamp = observation.stamp
         if observation.odometry is not None:
             self.odometry = observation.odometry
         if observation.scan is not None:

@@ -14,6 +14,7 @@ from navstack.errors import (
     PatienceExceededError,
 )
 from navstack.params.servers import ControllerServerParams
+from navstack.plugin_answers import checked_command
 from navstack.stopwatch import Stopwatch
 from navstack.types import Path, Pose2D, RobotState, Twist2D
 
@@ -119,6 +120,7 @@ class ControllerServer:
         try:
             with self.stopwatch:
                 command = self.controller.compute_velocity(measured, self.plan, surroundings)
+            command = checked_command(command, self.controller)
         except ControlError as error:
             # before a new attempt makes the controller forget it
             self._failed_decision = self.controller.decision

@@ -17,6 +17,7 @@ from navstack.errors import (
     NoLegalVelocity,
     NoProgressError,
     PatienceExceededError,
+    PluginError,
 )
 from navstack.params.checkers import (
     AxisGoalCheckerParams,
@@ -170,6 +171,13 @@ class FailingController(Controller):
         return Twist2D(linear_x=0.5)
 
 
+class Fixed(FailingController):
+    """Answers always the same."""
+
+    def compute_velocity(self, state, plan, surroundings):
+        return self._error
+
+
 def serve(error, **params):
     server = server_of(FailingController(error), **params)
     server.begin(plan_of((5.0, 0.0, 0.0)), 0.0)
@@ -187,6 +195,13 @@ def test_a_lack_of_commands_is_put_up_with_for_the_failure_tolerance():
     with pytest.raises(PatienceExceededError, match="no legal velocity") as caught:
         command(server, 0.35)
     assert caught.value.code == "PATIENCE_EXCEEDED"
+
+
+def test_a_command_that_is_no_number_is_no_standstill():
+    server = server_of(Fixed(Twist2D(math.nan)))
+    server.begin(plan_of((5.0, 0.0, 0.0)), 0.0)
+    with pytest.raises(PluginError, match="Fixed answered Twist2D"):
+        command(server, 0.0)
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -0.5])

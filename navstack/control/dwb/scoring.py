@@ -16,6 +16,7 @@ from navstack.control.dwb.kernels import add_weighted
 from navstack.control.dwb.pose_score import NOTHING, Measure
 from navstack.control.dwb.rollouts import RolloutGenerator, Rollouts
 from navstack.control.dwb.scene import DwbScene
+from navstack.plugin_answers import checked_costs
 from navstack.types import Float32Array, FloatArray, Twist2D
 
 
@@ -77,7 +78,7 @@ class Scoring:
         for i, critic in enumerate(self._critics.values()):
             scales[i] = critic.scale(scene)
             if scales[i] != 0.0:
-                raw[i] = critic.raw_costs(rollouts, scene)
+                raw[i] = _costs(critic, rollouts, scene)
         return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
 
     def best(self, scene: DwbScene) -> ChosenTrajectory | None:
@@ -116,7 +117,7 @@ class Scoring:
             measure = critic.measure(scene)
             if measure is None:
                 measure = Measure(GIVEN)
-                given[len(kinds)] = critic.raw_costs(self._drive(scene), scene)
+                given[len(kinds)] = _costs(critic, self._drive(scene), scene)
             if measure.kind != NOTHING:
                 kinds.append(measure.kind)
                 noses.append(measure.nose)
@@ -136,3 +137,8 @@ class Scoring:
         if scene.rollouts is None:
             scene.rollouts = self._generator.generate(scene.pose, scene.velocity)
         return scene.rollouts
+
+
+def _costs(critic: Critic, rollouts: Rollouts, scene: DwbScene) -> FloatArray:
+    costs = critic.raw_costs(rollouts, scene)
+    return checked_costs(costs, len(rollouts.commands), critic)

@@ -19,6 +19,7 @@ from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.dwb.scene import DwbScene
 from navstack.control.dwb.scoring import Scoring
 from navstack.costmap.costmap import Costmap
+from navstack.errors import PluginError
 from navstack.params.dwb import (
     AlignParams,
     DistParams,
@@ -28,7 +29,7 @@ from navstack.params.dwb import (
 )
 from navstack.types import Pose2D, RobotState, Twist2D
 
-from ..given import DWB, SMALL_ROBOT, STANDARD_CRITICS
+from ..given import DWB, SMALL_ROBOT, STANDARD_CRITICS, FixedCosts
 
 OUTLINES = tuple(
     "ObstacleFootprint" if name == "BaseObstacle" else name for name in STANDARD_CRITICS
@@ -169,6 +170,16 @@ def test_a_critic_of_the_commands_alone_needs_no_poses(monkeypatch):
     critics = build_critics(PARAMS) | {"Own": YawRate(1.0, True, 5.0)}
     prepare(critics, scene)
     assert Scoring(RolloutGenerator(PARAMS, 20.0), critics).best(scene) is not None
+
+
+@pytest.mark.parametrize("cost", [math.nan, -1.0])
+def test_a_cost_that_is_none_is_refused_by_both_searches(cost):
+    scene = random_scene(default_rng(2))
+    critics = {"Odd": FixedCosts(1.0, otherwise=cost)}
+    scoring = Scoring(RolloutGenerator(PARAMS, 20.0), critics)
+    for search in (scoring.best, scoring.score_all):
+        with pytest.raises(PluginError, match="FixedCosts answered"):
+            search(scene)
 
 
 def test_forbidden_signs_are_kept():
