@@ -9,7 +9,9 @@ Same world, same missions, same dollars as ``navbench run``.
 Several run in processes of their own with ``gymnasium.make_vec(..., vectorization_mode="async")``.
 """
 
+import contextlib
 import dataclasses
+import operator
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +124,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             )
         self.observation_space = spaces.Dict(seen)
         self.delivery: RunningDelivery | None = None
-        self._is_over = True
+        self._is_over, self._is_closed = True, False
 
     @property
     def seen(self) -> PolicyObservation:
@@ -140,10 +142,13 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             InputError: a seed or number that is out of range.
         """
         super().reset(seed=seed)
+        self._require_open()
         known = self._task
-        episode = (options or {}).get("episode", 0 if seed is not None else known.episode + 1)
-        if not isinstance(episode, int) or episode < 0:
-            raise InputError(f"options: episode {episode!r}; give a whole number of 0 or more")
+        episode = 0
+        if seed is None:
+            episode = known.episode + 1
+        if options:
+            episode = _episode_of(options)
         self._task = dataclasses.replace(
             known, seed=known.seed if seed is None else seed, episode=episode
         )
@@ -161,8 +166,9 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: no delivery has begun, or the action is not two finite numbers.
         """
+        self._require_open()
         delivery, brain = self.delivery, self._brain
-        numbers = np.asarray(action, dtype=np.float64)
+        numbers = _numbers_of(action)
         if delivery is None or self._is_over:
             raise InputError("the delivery is over, or none has begun; call reset()")
         if numbers.shape != (2,) or not np.isfinite(numbers).all():
@@ -192,6 +198,19 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
     def close(self) -> None:
         """Free the world; the environment cannot be used afterwards."""
         self._world.close()
+        self._is_closed = True
+
+    def __getstate__(self) -> Any:
+        """Refuse copies and pickles, which would drive in the same world.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError("an environment cannot be copied or pickled; make another one")
+
+    def _require_open(self) -> None:
+        if self._is_closed:
+            raise InputError("the environment is closed; make another one")
 
     def _observed(self) -> Observed:
         view = self._brain.view()
@@ -203,6 +222,30 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             seen["people"][: len(nearest)] = nearest
         observed: Observed = {name: values.astype(np.float32) for name, values in seen.items()}
         return {**observed, "image": view.image} if view.image.size else observed
+
+
+def _episode_of(options: dict[str, Any]) -> int:
+    """The number of a delivery that the options of ``reset`` choose.
+
+    Raises:
+        InputError: they are others, or it is none.
+    """
+    episode = options.get("episode")
+    if set(options) != {"episode"} or isinstance(episode, bool):
+        raise InputError(f"options {options!r}; give {{'episode': k}} or none")
+    with contextlib.suppress(TypeError):
+        episode = operator.index(episode)  # also of numpy's integers
+        if episode >= 0:
+            return episode
+    raise InputError(f"options: episode {episode!r}; give a whole number of 0 or more")
+
+
+def _numbers_of(action: Any) -> FloatArray:
+    """An action as an array of any shape; of what holds no numbers an empty one."""
+    try:
+        return np.asarray(action, dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.empty(0)
 
 
 gymnasium.register(ID, entry_point="navbench.gym:DeliveryEnv")

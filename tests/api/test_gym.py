@@ -1,5 +1,6 @@
 """The Gymnasium environment: Gymnasium's own check, and the program's rows and dollars."""
 
+import copy
 import sys
 import warnings
 from pathlib import Path
@@ -66,10 +67,23 @@ def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
     again = env.reset(options={"episode": 0})[0]
     for name, values in first.items():
         assert np.array_equal(values, again[name])
-    with pytest.raises(InputError, match="episode -1"):
-        env.reset(options={"episode": -1})
-    with pytest.raises(InputError, match="two finite numbers"):
-        env.step(np.array((np.nan, 0.0)))
+    assert env.reset(options={"episode": np.int64(3)})[1]["episode"] == 3
+    for given in ({"episode": -1}, {"episode": 1.5}, {"episode": True}, {"epsiode": 1}):
+        with pytest.raises(InputError, match="options.* give "):
+            env.reset(options=given)
+    for action in (np.array((np.nan, 0.0)), np.zeros((1, 2)), "left", None, {"turn": 1}):
+        with pytest.raises(InputError, match="two finite numbers"):
+            env.step(action)
+
+
+def test_one_that_is_closed_or_copied_says_so(hall: Path) -> None:
+    env = DeliveryEnv("nav2-gps-ekf", pedestrians=0, map=str(hall))
+    with pytest.raises(InputError, match="cannot be copied or pickled"):
+        copy.deepcopy(env)
+    env.close()
+    for use in (env.reset, lambda: env.step(np.zeros(2))):
+        with pytest.raises(InputError, match="is closed"):
+            use()
 
 
 @pytest.mark.slow
