@@ -57,7 +57,6 @@ class Bag:
             BagError: there is none, or it is no bag.
         """
         self._stack = contextlib.ExitStack()
-        self._compressed_messages = False
         try:
             self._files = [
                 self._open(path, types) for given in paths for path in self._files_of(given)
@@ -120,9 +119,10 @@ class Bag:
         """
         key, time, *where = place.tolist()
         content = self._files[key // MOST_TOPICS].read(*where)
-        if self._compressed_messages:
+        topic = self._topic(key)
+        if topic.encoding == "cdr" and content.startswith(_ZSTD):  # which begins with a 0 else
             content = decompress_message(content)
-        return Message(self._topic(key), time * 1e-9, content)
+        return Message(topic, time * 1e-9, content)
 
     def _open(self, path: Path, types: frozenset[str]) -> BagFile:
         """A scanned file."""
@@ -176,8 +176,6 @@ class Bag:
         about: dict[str, Any] = {}
         if (path / METADATA).exists():
             about = _metadata(path / METADATA)
-        mode = str(about.get("compression_mode") or "").lower()
-        self._compressed_messages = self._compressed_messages or mode == "message"
         listed = about.get("relative_file_paths")
         if listed is None:
             found = sorted(
@@ -210,7 +208,10 @@ def _metadata(path: Path) -> dict[str, Any]:
     if isinstance(content, dict):
         about = content.get("rosbag2_bagfile_information")
     if not isinstance(about, dict):
-        raise BagError(f"bag '{path}' has no section rosbag2_bagfile_information")
+        raise BagError(
+            f"bag '{path}' has no section rosbag2_bagfile_information; without this file the "
+            "folder is read by its files' names"
+        )
     return about
 
 

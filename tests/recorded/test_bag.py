@@ -173,6 +173,16 @@ def test_a_type_that_only_has_the_name_of_a_known_one_is_refused(tmp_path):
             decode(bag.read(places[0]))
 
 
+def test_messages_compressed_one_by_one_are_read_without_metadata(tmp_path):
+    folder = write(tmp_path / "log", entries(3), "sqlite3-message")
+    (folder / METADATA).write_text("")
+    with pytest.raises(BagError, match="no section .*; without this file the folder is read"):
+        Bag([folder], TYPES)
+    (folder / METADATA).unlink()
+    with Bag([folder], TYPES) as bag:
+        assert decode(bag.read(bag.places({"/odom"})[0])).child_frame_id == "base_link"
+
+
 def test_a_compressed_message_that_grows_without_bound_is_refused(tmp_path, monkeypatch):
     folder = write(tmp_path / "log", entries(3), "sqlite3-message")
     monkeypatch.setattr("harness.recorded.blocks.LARGEST_MESSAGE", 100)
