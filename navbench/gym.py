@@ -230,7 +230,7 @@ def _episode_of(options: dict[str, Any]) -> int:
     Raises:
         InputError: they are others, or it is none.
     """
-    episode = options.get("episode")
+    episode: Any = options.get("episode")
     if set(options) != {"episode"} or isinstance(episode, bool):
         raise InputError(f"options {options!r}; give {{'episode': k}} or none")
     with contextlib.suppress(TypeError):
