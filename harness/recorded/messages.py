@@ -14,6 +14,7 @@ _NO_FIX, _UNKNOWN_COVARIANCE = -1, 0  # of sensor_msgs/NavSatStatus and NavSatFi
 _GRAVITY = 9.80665  # [m/s2]
 _LEVEL = 1e-12  # [rad] of tilt that is none
 _UPRIGHT = 0.5  # [-] cosine of the tilt up to which a base is believed to stand on a slope
+_LEAST_VARIANCE = 1e-12  # of [m], [rad] and their rates: a sensor that is right to 1e-6
 _FARTHEST, _FASTEST = 1e7, 1e4  # [m], [m/s] and [rad/s] beyond which a number is none of a robot's
 
 
@@ -179,8 +180,11 @@ def _within(limit: float, *numbers: float) -> bool:
 
 
 def _deviation(variance: float) -> float:
-    """The standard deviation; 0, which means that none is stated, where the variance is none."""
-    if not 0.0 < variance < math.inf:
+    """The standard deviation; 0, which means that none is stated, where the variance is none.
+
+    Drivers that know none also write the smallest number there is.
+    """
+    if not _LEAST_VARIANCE < variance < math.inf:
         return 0.0
     return math.sqrt(variance)
 

@@ -222,9 +222,13 @@ def test_no_fix_is_left_out(changes):
     assert messages.coordinates(ros(entry)) is None
 
 
-def test_an_unknown_covariance_is_no_deviation():
+@pytest.mark.parametrize(
+    "unknown",
+    [{"position_covariance_type": 0}, {"position_covariance": np.full(9, math.ulp(0.0))}],
+)
+def test_an_unknown_covariance_is_no_deviation(unknown):
     entry = writing.fix(0.0, 1.0, 2.0)
-    entry.fields["position_covariance_type"] = 0
+    entry.fields |= unknown
     assert messages.gps_fix(ros(entry), 0.0, (1.0, 2.0), np.zeros(3), 0.0).position_std == 0.0
 
 
