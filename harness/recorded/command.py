@@ -15,7 +15,7 @@ from harness.recorded.mountings import Mountings, frame_name
 from harness.recorded.receiver import Receiver
 from harness.recorded.replay import Replay
 from harness.recorded.ros_messages import FIX, ODOMETRY, TYPES
-from harness.recorded.sources import choose, odometry_frame, read_transforms
+from harness.recorded.sources import MESSAGES, Choice, choose, odometry_frame, read_transforms
 from harness.recorded.start import local_frame, start_belief, static_map
 from harness.recorded.topics import Topics
 from harness.recorded.trajectory import (
@@ -144,22 +144,46 @@ def localize(request: Request, show: Show) -> Localized:
         topic = reference if isinstance(reference, str) else None
         choice = choose(request.localizer, topics, bag, topic, request.is_held_out)
         read_transforms(bag, topics, mountings)
-        if choice.edge is not None:
-            frames = " -> ".join(map(frame_name, choice.edge))
-            _note(
-                f"there is no topic of odometry: it is taken from {frames} in "
-                f"{choice.topics[ODOMETRY]}"
-            )
+        _note_odometry(choice)
         receiver = Receiver(
-            mountings, request.base_frame, odometry_frame(bag, choice), *frame, _note, choice.edge
+            mountings,
+            request.base_frame,
+            odometry_frame(bag, choice),
+            *frame,
+            _note,
+            choice.edge,
+            choice.has_twist,
         )
         localizer = _localizer(request, _with_defaults(nav2))
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
         replay = Replay(bag, choice, receiver, localizer)
         trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
-        trouble = trouble or bag.damage or ""
+        trouble = trouble or bag.damage or _unusable(request.localizer, choice, bag, receiver)
     found = _finish(replay, request, reference, trouble, is_interrupted)
     return replace(found, is_reference_input=choice.is_reference_input, doubt=receiver.doubt)
+
+
+def _note_odometry(choice: Choice) -> None:
+    """Say where odometry or its velocities are from, unless a message has both."""
+    if choice.edge is not None:
+        frames = " -> ".join(map(frame_name, choice.edge))
+        topic = choice.topics[ODOMETRY]
+        _note(f"there is no topic of odometry: it is taken from {frames} in {topic}")
+    if not choice.has_twist:
+        _note(f"{choice.topics[ODOMETRY]} tells no velocities: they are taken from its poses")
+
+
+def _unusable(localizer: str, choice: Choice, bag: Bag, receiver: Receiver) -> str:
+    """Which input that the localizer cannot do without held nothing usable; empty: none."""
+    for name in localizers()[localizer].inputs:
+        topic = choice.topics[MESSAGES[name]]
+        kind = bag.topics[topic]
+        if receiver.left_out[kind] and not receiver.taken[kind]:
+            return (
+                f"none of the {receiver.left_out[kind]} messages of {topic} holds anything usable, "
+                f"which localizer {localizer} needs"
+            )
+    return ""
 
 
 def _require_no_input(request: Request) -> None:

@@ -214,12 +214,8 @@ def _read(
             take(rows, kinds[message.topic.name], message, receiver, clock, offset)
     except DamageError as error:
         say(f"{error}; what stands before it is used")
-    for topic, seconds in clock.jumps.items():
-        say(f"stamps of {topic} jump by {seconds:.3f} s; taken to run on from there")
-    for topic, count in clock.replaced.items():
-        say(f"{count} messages of {topic} have unset or foreign stamps; their arrival is taken")
-    for kind, count in receiver.left_out.items():
-        say(f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out")
+    for line in receiver.notes(clock):
+        say(line)
     return rows
 
 

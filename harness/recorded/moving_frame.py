@@ -1,4 +1,4 @@
-"""Odometry of logs that have it in ``tf`` only, where nav2_amcl reads it, too."""
+"""Odometry of logs that have poses only: in ``tf``, or in messages whose velocities are unset."""
 
 from typing import Any
 
@@ -24,16 +24,10 @@ def odometry_edge(message: Any) -> Edge | None:
 
 
 class MovingFrame:
-    """Odometry from the transform between two frames; velocities from one time to the next.
-
-    As in robot_localization's differential mode, the first pose only begins, and the velocity after
-    a gap is the mean one over it. What is not newer than the last gives no velocity and is passed
-    over.
-    """
+    """The transform between two frames, one of which moves."""
 
     def __init__(self, edge: Edge) -> None:
         self._edge = edge
-        self._last: tuple[float, Pose2D] | None = None  # [s], of the base
 
     @property
     def child(self) -> str:
@@ -58,13 +52,24 @@ class MovingFrame:
             return None
         return Transform(rotation, np.array((move.x, move.y, 0.0)))
 
-    def move(self, stamp: float, base: Transform) -> Odometry | None:
+
+class Motion:
+    """Velocities from one pose to the next.
+
+    As in robot_localization's differential mode, the first pose only begins, and the velocity after
+    a gap is the mean one over it. What is not newer than the last gives no velocity and is passed
+    over.
+    """
+
+    def __init__(self) -> None:
+        self._last: tuple[float, Pose2D] | None = None  # [s], of the base
+
+    def to(self, stamp: float, pose: Pose2D) -> Odometry | None:
         """The odometry of a base that stands there now.
 
         None: there is no newer pose than the last, or no last one.
         """
-        x, y, _ = base.translation.tolist()
-        pose, last = Pose2D(x, y, base.yaw), self._last
+        last = self._last
         if last is not None and stamp <= last[0]:
             return None
         self._last = stamp, pose

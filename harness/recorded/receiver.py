@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from harness.recorded import messages
+from harness.recorded.clock import Clock
+from harness.recorded.consistency import Consistency
 from harness.recorded.mountings import BASE_FRAMES, IDENTITY, Mountings, Transform, frame_name
-from harness.recorded.moving_frame import Edge, MovingFrame
+from harness.recorded.moving_frame import Edge, Motion, MovingFrame
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES
 from navstack.errors import InputError
 from navstack.geometry import transform_points
@@ -20,6 +22,7 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
 _SLANTED = math.radians(10.0)
 _WEIGHED = 100  # messages of an inertial unit whose mean gives the vertical
 _GRAVITY = (7.0, 12.5)  # [m/s2] norm of a mean that is gravity
+_ONE_G, _VERTICAL = (0.8, 1.2), 0.9  # of a mean in g in place of m/s2, and its share along z
 _UPRIGHT = math.radians(30.0)  # from the z axis at which gravity may be found
 
 Measured = GpsFix | Imu | LaserScan | Odometry
@@ -37,6 +40,7 @@ class Receiver:
         heading: float,
         say: Callable[[str], None],
         edge: Edge | None = None,
+        has_twist: bool = True,
     ) -> None:
         """Prepare.
 
@@ -49,6 +53,7 @@ class Receiver:
             heading: [rad] of the map's x axis, counter-clockwise from east.
             say: takes notes.
             edge: frames between which transforms tell odometry.
+            has_twist: whether messages of odometry tell velocities; else their poses do.
         """
         self._mountings, self._say = mountings, say
         if base_frame:
@@ -57,6 +62,7 @@ class Receiver:
             self._bases = [frame_name(name) for name in (odometry_frame, *BASE_FRAMES) if name]
         self._frame, self._shift = frame, Pose2D()
         self._heading, self._has_fix = heading, False
+        self._motion, self._has_twist = Motion(), has_twist
         self._moving: MovingFrame | None = None
         if edge is not None:
             self._moving = MovingFrame(edge)
@@ -64,6 +70,8 @@ class Receiver:
         self._forces: list[np.ndarray] = []  # of the inertial unit, in the base frame
         self.doubt = ""  # why the unit's mounting cannot be right
         self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
+        self.taken: Counter[str] = Counter()  # the others
+        self.consistency = Consistency()
 
     def stamp_of(self, kind: str, message: Any) -> float | None:
         """When a message was measured, by its header, in [s].
@@ -89,29 +97,56 @@ class Receiver:
         Raises:
             InputError: the first fix is too far from the local frame's origin.
         """
-        measured: Measured | None
+        measured: Measured | Pose2D | None
         if kind == FIX:
             measured = self._fix(message, stamp, believed)
         elif kind in TRANSFORM_TYPES:
-            measured = None
-            if self._moving is not None and (place := self._moving.place(message)) is not None:
-                base = place @ self._mounting(ODOMETRY, self._moving.child).inverse
-                return self._moving.move(stamp, base)
+            measured = self._place(message)
         elif kind == ODOMETRY:
-            measured = messages.odometry(
-                message, stamp, self._mounting(kind, message.child_frame_id)
-            )
+            child = self._mounting(kind, message.child_frame_id)
+            measured = messages.odometry(message, stamp, child)
+            if measured is not None and not self._has_twist:
+                measured = measured.pose
         elif kind == IMU:
             mounting = self._mounting(kind, message.header.frame_id)
             measured = messages.imu(message, stamp, mounting, self._heading)
             self._weigh(message, mounting)
         else:
-            measured = messages.laser_scan(
-                message, stamp, self._mounting(kind, message.header.frame_id)
-            )
+            mounting = self._mounting(kind, message.header.frame_id)
+            measured = messages.laser_scan(message, stamp, mounting)
         if measured is None:
             self.left_out[kind] += 1
+            return None
+        self.taken[kind] += 1
+        if isinstance(measured, Pose2D):
+            measured = self._motion.to(stamp, measured)
+        self.consistency.take(measured)
         return measured
+
+    def notes(self, clock: Clock) -> list[str]:
+        """What is to be said of the messages once they are read, with the clock that they had."""
+        found = [
+            f"stamps of {topic} jump by {seconds:.3f} s; taken to run on from there"
+            for topic, seconds in clock.jumps.items()
+        ]
+        found += [
+            f"{count} messages of {topic} have stamps that are unset or of another time; taken as "
+            "measured when they arrived"
+            for topic, count in clock.replaced.items()
+        ]
+        found += [
+            f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out"
+            for kind, count in self.left_out.items()
+        ]
+        return found + self.consistency.doubts()
+
+    def _place(self, message: Any) -> Pose2D | None:
+        """Where the base is by a transform; None: it holds no numbers."""
+        if self._moving is None or (place := self._moving.place(message)) is None:
+            return None
+        base = place @ self._mounting(ODOMETRY, self._moving.child).inverse
+        x, y, _ = base.translation.tolist()
+        return Pose2D(x, y, base.yaw)
 
     def _fix(self, message: Any, stamp: float, believed: Pose2D) -> GpsFix | None:
         coordinates = messages.coordinates(message)
@@ -166,7 +201,7 @@ class Receiver:
         return transform
 
     def _weigh(self, message: Any, mounting: Transform) -> None:
-        """Warn of a mounting in which gravity does not point up."""
+        """Warn of a mounting in which gravity does not point up, and of other units than m/s2."""
         if len(self._forces) >= _WEIGHED:
             return
         force = message.linear_acceleration
@@ -182,6 +217,12 @@ class Receiver:
                 f"{_upright(mounting.rotation.T @ mean)}"
             )
             self._say(f"{self.doubt}, and so will the headings be; see --static-tf")
+        is_vertical = abs(mean[2]) > _VERTICAL * norm
+        if norm > _GRAVITY[1] or (is_vertical and _ONE_G[0] < norm < _ONE_G[1]):
+            self._say(
+                f"the accelerations in frame '{message.header.frame_id}' begin with {norm:.3g} "
+                "m/s2, where gravity has 9.8; they have to be in m/s2"
+            )
 
 
 def _upright(force: FloatArray) -> str:

@@ -16,9 +16,9 @@ from harness.recorded.receiver import Measured, Receiver
 from harness.recorded.ros_messages import FIX, decode, first_messages
 from harness.recorded.sources import Choice
 from harness.recorded.trajectory import Trajectory
-from navstack.errors import InputError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
+from navstack.plugin_answers import checked_belief
 from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry
 
 # messages from which the usual offset between stamps and arrivals is taken, and of each topic
@@ -75,7 +75,7 @@ class Replay:
 
         Raises:
             DamageError: a message cannot be read.
-            InputError: the localizer's belief is no longer a number.
+            InputError: the localizer answers no belief of numbers.
         """
         places = self._bag.places(self._choice.names)
         clock = self._clock()
@@ -92,13 +92,8 @@ class Replay:
                     begin(belief)
                 belief = self._take(message, decoded, stamp, clock.now, belief)
             yield (number + 1) / len(places)
-        for topic, seconds in clock.jumps.items():
-            say(f"stamps of {topic} jump by {seconds:.3f} s; taken to run on from there")
-        for topic, count in clock.replaced.items():
-            wrong = "stamps that are unset or of another time"
-            say(f"{count} messages of {topic} have {wrong}; taken as measured when they arrived")
-        for kind, count in self._receiver.left_out.items():
-            say(f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out")
+        for line in self._receiver.notes(clock):
+            say(line)
 
     def _clock(self) -> Clock:
         """A clock that knows unset stamps, and the usual offset of the others."""
@@ -151,6 +146,7 @@ class Replay:
             self.seconds[belief.health] += now - self._last
         self._last = now
         belief = self._localizer.update(_observation(now, measured))
+        belief = checked_belief(belief, self._localizer)
         if self._is_amcl and isinstance(measured, Odometry):
             self._moved_at = measured.stamp
         if self._moved_at is not None:
@@ -170,8 +166,6 @@ class Replay:
 
     def _keep(self, stamp: float, belief: Belief) -> None:
         pose = belief.pose
-        if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-            raise InputError(f"the localizer's belief is no longer a number at {stamp:.3f} s")
         if self._beliefs and self._beliefs[-_COLUMNS] == stamp:
             del self._beliefs[-_COLUMNS:]
         self._beliefs.extend((stamp, pose.x, pose.y, pose.yaw))

@@ -1,9 +1,11 @@
 """What is read of a bag: the topics that a localizer needs, and where the sensors are."""
 
+import math
 from dataclasses import dataclass
 
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError
+from harness.recorded.messages import pose_of
 from harness.recorded.mountings import Mountings
 from harness.recorded.moving_frame import Edge, odometry_edge
 from harness.recorded.ros_messages import (
@@ -23,6 +25,7 @@ from navstack.params.extensions import localizers
 MESSAGES = {"odometry": ODOMETRY, "imu": IMU, "fix": FIX, "scan": SCAN}
 REFERENCES = (POSE, POSE_COVARIANCE, ODOMETRY, FIX)
 MOST_TRANSFORMS = 3000  # messages of a topic of transforms that are looked at
+_MOVED, _TURNED = 0.1, 0.1  # [m], [rad] of a robot that certainly moves
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,7 @@ class Choice:
     edge: Edge | None = None
     # whether every other message of the reference stays from the localizer, to be compared with
     is_held_out: bool = False
+    has_twist: bool = True  # whether messages of odometry tell velocities
 
     @property
     def is_reference_input(self) -> bool:
@@ -79,7 +83,8 @@ def choose(
             raise _missing(localizer, bag, kind, name)
     if not chosen:
         raise BagError(f"the bag has nothing that localizer {localizer} could use")
-    choice = Choice(chosen, reference, edge, is_held_out)
+    has_twist = ODOMETRY not in chosen or edge is not None or _tells_twist(bag, chosen[ODOMETRY])
+    choice = Choice(chosen, reference, edge, is_held_out, has_twist)
     if is_held_out and not choice.is_reference_input:
         raise InputError(
             f"--hold-out: the reference is no input of localizer {localizer}; leave --hold-out out"
@@ -94,6 +99,22 @@ def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
             if (edge := odometry_edge(message)) is not None:
                 return name, edge
     return None
+
+
+def _tells_twist(bag: Bag, topic: str) -> bool:
+    """Whether odometry tells velocities; not so where its poses move while all are zero."""
+    first = None
+    for _, message in first_messages(bag, topic, bag.counts()[topic]):
+        twist, place = message.twist.twist, pose_of(message)
+        if twist.linear.x or twist.linear.y or twist.angular.z:
+            return True
+        first = first or place
+        if first is None or place is None:
+            continue
+        turned = math.remainder(place[2] - first[2], math.tau)
+        if math.dist(place[:2], first[:2]) > _MOVED or abs(turned) > _TURNED:
+            return False
+    return True
 
 
 def odometry_frame(bag: Bag, choice: Choice) -> str | None:

@@ -51,9 +51,9 @@ def complaint(capsys, *arguments: object) -> str:
     """What a command that must fail with status 1 says in its last line."""
     assert localize(*arguments) == 1
     said = capsys.readouterr().err.splitlines()
-    assert said[-1].startswith("navbench: ") and all(
-        line.startswith("note: ") for line in said[:-1]
-    )
+    assert said[-1].startswith("navbench: ")
+    for line in said[:-1]:  # a slow machine also tells how far it is
+        assert line.startswith("note: ") or "of the messages" in line
     return said[-1]
 
 
@@ -226,6 +226,29 @@ def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
         entries += [entry, imu(START + t, 0.0, 0.0)]
     bag = write(tmp_path / "straight", entries, "ros1")
     assert replay(bag, "odom_imu")["final"][0] == pytest.approx(9.98, abs=0.15)
+
+
+def test_odometry_without_velocities_moves_by_its_poses(tmp_path, capsys):
+    entries = straight(300)
+    for entry in entries:
+        if entry.topic == "/odom":
+            del entry.fields["twist"]
+    bag = write(tmp_path / "straight", entries, "mcap")
+    assert replay(bag, "odom_imu")["final"][0] == pytest.approx(0.9 * 5.98, abs=0.02)
+    assert "note: /odom tells no velocities" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("changes", [{"status": {"status": -1}}, {"latitude": math.nan}])
+def test_a_receiver_without_a_single_fix_is_told_in_the_end(tmp_path, capsys, changes):
+    entries = straight(50)
+    for entry in entries:
+        if entry.topic == "/fix":
+            entry.fields |= changes
+    bag, out = write(tmp_path / "straight", entries, "mcap"), tmp_path / "out.tum"
+    given = ("--bag", bag, "--params", "stock", "--localizer", "gps", "--out", out)
+    line = complaint(capsys, *given)
+    assert "none of the 5 messages of /fix holds anything usable, which localizer gps needs" in line
+    assert len(read_tum(out)) == 50
 
 
 @pytest.fixture(scope="module")

@@ -280,6 +280,17 @@ def test_an_unknown_mounting_is_said_once_and_gravity_tells_a_wrong_one():
     assert "gravity is 90 degrees off" in said[1]
 
 
+@pytest.mark.parametrize(("force", "is_odd"), [(9.8, False), (1.0, True), (980.0, True)])
+def test_accelerations_in_other_units_are_told(force, is_odd):
+    said: list[str] = []
+    receiver = Receiver(Mountings(), None, "imu_link", None, 0.0, said.append)
+    entry = writing.imu(0.0, 0.0, 0.0)
+    entry.fields["linear_acceleration"] = {"z": force}
+    for _ in range(150):
+        receiver.convert(IMU, ros(entry), 0.0, Pose2D())
+    assert [line.endswith("they have to be in m/s2") for line in said] == [True] * is_odd
+
+
 def test_a_base_frame_with_another_usual_name_is_found():
     said: list[str] = []
     mountings = Mountings()
