@@ -9,11 +9,10 @@ Same world, same missions, same dollars as ``navbench run``.
 Several run in processes of their own with ``gymnasium.make_vec(..., vectorization_mode="async")``.
 """
 
-import contextlib
 import dataclasses
 import operator
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +21,7 @@ from harness.episode.dollars import Dollars
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.execution.arithmetic import warn_of_other_arithmetic
+from harness.execution.process_cache import forget
 from harness.policy.brain import SteeredBrain
 from harness.policy.interface import ROUTE_POINTS, Image, PolicyObservation
 from harness.storage.shipped import DEFAULT_WORLD
@@ -90,6 +90,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         Raises:
             InputError: something that was given cannot be used.
         """
+        forget()  # files may have changed since another environment
         study = make_study(
             stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options
         )
@@ -230,14 +231,15 @@ def _episode_of(options: dict[str, Any]) -> int:
     Raises:
         InputError: they are others, or it is none.
     """
-    episode: Any = options.get("episode")
-    if set(options) != {"episode"} or isinstance(episode, bool):
+    given = options.get("episode")
+    if set(options) != {"episode"} or isinstance(given, bool):
         raise InputError(f"options {options!r}; give {{'episode': k}} or none")
-    with contextlib.suppress(TypeError):
-        episode = operator.index(episode)  # also of numpy's integers
-        if episode >= 0:
-            return episode
-    raise InputError(f"options: episode {episode!r}; give a whole number of 0 or more")
+    number = -1
+    if isinstance(given, SupportsIndex):  # also numpy's integers
+        number = operator.index(given)
+    if number < 0:
+        raise InputError(f"options: episode {given!r}; give a whole number of 0 or more")
+    return number
 
 
 def _numbers_of(action: Any) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import Any
 
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
+from harness.execution.process_cache import forget
 from harness.storage.files import nearby
 from harness.storage.manifest_file import accept_changes, other_study
 from harness.storage.shipped import DEFAULT_WORLD, keep_compiled_code
@@ -151,6 +152,7 @@ def make_world(
     Raises:
         InputError: something that was given cannot be used.
     """
+    forget()  # files may have changed since another delivery
     study = make_study(
         stacks=[stack], episodes=1, seed=seed, map_name=map, world=world, workers=1, **options
     )

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import navbench
+from harness.episode.files import nav2_parameters
 from navbench.cli.app import app
 
 
@@ -93,6 +94,18 @@ def test_planners_answer_as_the_command_does(capsys: pytest.CaptureFixture[str])
     path = answers["NavFn"].path
     assert path is not None
     assert path.length == pytest.approx(printed["length_m"], abs=1e-6)
+
+
+def test_a_world_made_again_reads_a_changed_file(tmp_path: Path, hall: Path) -> None:
+    stack = tmp_path / "mine.yaml"
+    for rate in (20.0, 10.0):
+        stack.write_text(
+            f"controller_server: {{ros__parameters: {{controller_frequency: {rate}}}}}"
+        )
+        delivery = navbench.make_world(str(stack), map=str(hall), pedestrians=0)
+        read = nav2_parameters(delivery.task.stack.nav2_file, True)
+        assert read.value("controller_server", "controller_frequency") == rate
+        delivery.world.close()
 
 
 def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run, hall: Path) -> None:
