@@ -11,6 +11,7 @@ import numpy as np
 
 from harness.recorded import messages
 from harness.recorded.bag import Bag, Message
+from harness.recorded.bag_file import BagError
 from harness.recorded.clock import STILL, STILL_AFTER, Clock
 from harness.recorded.receiver import Measured, Receiver
 from harness.recorded.ros_messages import FIX, decode, first_messages
@@ -19,7 +20,7 @@ from harness.recorded.trajectory import Trajectory
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
 from navstack.plugin_answers import checked_belief
-from navstack.types import Belief, GpsFix, Health, Imu, LaserScan, Observation, Odometry
+from navstack.types import Belief, GpsFix, Health, Imu, IntArray, LaserScan, Observation, Odometry
 
 # messages from which the usual offset between stamps and arrivals is taken, and of each topic
 _FIRST = 50
@@ -75,10 +76,10 @@ class Replay:
 
         Raises:
             DamageError: a message cannot be read.
-            InputError: the localizer answers no belief of numbers.
+            InputError: the localizer answers no belief of numbers, or no time passes in the log.
         """
         places = self._bag.places(self._choice.names)
-        clock = self._clock()
+        clock = self._clock(places)
         belief: Belief | None = None
         for number, place in enumerate(places):
             message = self._bag.read(place)
@@ -95,8 +96,12 @@ class Replay:
         for line in self._receiver.notes(clock):
             say(line)
 
-    def _clock(self) -> Clock:
-        """A clock that knows unset stamps, and the usual offset of the others."""
+    def _clock(self, places: IntArray) -> Clock:
+        """A clock that knows unset stamps, and the usual offset of the others.
+
+        Raises:
+            BagError: neither stamps nor arrivals go on.
+        """
         still: dict[str, float] = {}
         known: list[tuple[float, float]] = []  # arrival, offset
         for topic in sorted(self._choice.names):
@@ -106,6 +111,11 @@ class Replay:
                 still[topic] = stamps.pop()
                 continue
             known += [(arrival, stamp - arrival) for arrival, stamp in times if stamp != 0.0]
+        if still and not known and places[0, 1] == places[-1, 1]:
+            raise BagError(
+                f"no time passes in the log: its {len(places)} messages arrived at once, and their "
+                "stamps do not change"
+            )
         offsets = [offset for _, offset in sorted(known)[:_FIRST]] or [0.0]
         return Clock(median(offsets), still)
 

@@ -251,6 +251,16 @@ def test_a_receiver_without_a_single_fix_is_told_in_the_end(tmp_path, capsys, ch
     assert len(read_tum(out)) == 50
 
 
+def test_a_log_in_which_no_time_passes_is_refused(tmp_path, capsys):
+    entries = straight(20)
+    for entry in entries:
+        entry.stamp = START
+    bag, out = write(tmp_path / "still", entries, "mcap"), tmp_path / "out.tum"
+    given = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", out)
+    assert "no time passes in the log: its 40 messages arrived at once" in complaint(capsys, *given)
+    assert not out.exists()
+
+
 @pytest.fixture(scope="module")
 def over_hill(tmp_path_factory):
     """The bag of a drive over a hill of a slope, and x, y and way [m] at its end."""
