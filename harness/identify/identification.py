@@ -177,7 +177,10 @@ def _predictions(log: DriveLog, default: RobotParams) -> tuple[list[PredictionEr
     scale = fit_fixes(half, path_of(half, turning), _NOISE).scale.value or 1.0
     errors = predict_turns(log, turning, middle)
     errors += predict_fixes(log, path_of(log, turning), scale, middle)
-    return errors, "from wheels and gyro, for there are no commands"
+    why = "there are no commands"
+    if len(half.commands):
+        why = "the first half has too few steps of the commands"
+    return errors, f"from wheels and gyro, for {why}"
 
 
 def amcl_alphas(found: Identified) -> dict[str, float] | None:

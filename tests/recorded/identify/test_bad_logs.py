@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from harness.identify.identification import _predictions
 from harness.identify.urdf import read_urdf
 from harness.recorded.log import LogRequest, read_log
 from navbench.cli.app import main
 from navstack.errors import InputError
-from navstack.types import Pose2D
+from navstack.types import Pose2D, Twist2D
 
 from ..writing import START, Entry, imu, odometry
 from . import drives
@@ -113,6 +114,20 @@ def test_repeated_stamps_and_gaps_leave_rows_in_order(tmp_path: Path) -> None:
     assert shares == sorted(shares) and 0.9 < shares[-1] <= 1.0, "progress hears of each message"
     assert len(log.odometry) == len(entries)
     assert (np.diff(log.odometry[:, 0]) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("is_commanded", "why"),
+    [(False, "there are no commands"), (True, "the first half has too few steps of the commands")],
+)
+def test_why_commands_do_not_predict(is_commanded: bool, why: str, tmp_path: Path) -> None:
+    entries = straight(30.0)
+    if is_commanded:
+        entries += [drives.command_entry(entry.stamp, Twist2D(1.0)) for entry in entries]
+    entries.sort(key=lambda entry: entry.arrival or entry.stamp)
+    log = read_log(LogRequest((drives.write_mcap(tmp_path / "drive.mcap", entries),)), print)
+    default = drives.draw(0)[0]
+    assert _predictions(log, default)[1] == f"from wheels and gyro, for {why}"
 
 
 @pytest.mark.parametrize(
