@@ -4,7 +4,7 @@ from array import array
 
 import numpy as np
 
-from navstack.types import FloatArray, Imu, Odometry
+from navstack.types import FloatArray, Imu, LaserScan, Odometry
 
 _WINDOW = 1.0  # [s] over which motions are compared
 _LONGEST = 3.0  # [s] of such a window in a log with gaps
@@ -19,15 +19,21 @@ class Consistency:
     def __init__(self) -> None:
         self._wheels = array("d")  # rows of stamp, x, y, yaw, vx, vy, yaw rate
         self._unit = array("d")  # rows of stamp, yaw, yaw rate
+        self._scans, self._blind = 0, 0  # all, and those without a return
 
     def take(self, measured: object) -> None:
-        """Take note of a measurement in the base frame; only odometry and units count."""
+        """Take note of a measurement in the base frame; fixes do not count."""
         if isinstance(measured, Odometry):
             pose, twist = measured.pose, measured.twist
             row = (pose.x, pose.y, pose.yaw, twist.linear_x, twist.linear_y, twist.angular_z)
             self._wheels.extend((measured.stamp, *row))
         elif isinstance(measured, Imu):
             self._unit.extend((measured.stamp, measured.yaw, measured.angular_velocity_z))
+        elif isinstance(measured, LaserScan):
+            ranges = measured.ranges
+            is_return = (ranges > measured.range_min) & (ranges <= measured.range_max)
+            self._scans += 1
+            self._blind += not is_return.any()
 
     def doubts(self) -> list[str]:
         """What does not fit, one line each; empty where all fits or too little moved."""
@@ -64,6 +70,11 @@ class Consistency:
                 "be in rad and counter-clockwise, the heading from east",
             ),
         ]
+        if self._blind == self._scans >= _FEWEST:
+            found.append(
+                f"none of the {self._scans} scans has a return between range_min and range_max: "
+                "all three have to be in m"
+            )
         return [line for line in found if line]
 
 

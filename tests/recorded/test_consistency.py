@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from harness.recorded.consistency import Consistency
-from navstack.types import Imu, Odometry, Pose2D, Twist2D
+from navstack.types import Imu, LaserScan, Odometry, Pose2D, Twist2D
 
 TURN, SPEED = 0.2, 1.0  # [rad/s], [m/s] of a robot on a circle
 
@@ -57,6 +57,16 @@ def test_what_real_sensors_differ_by_is_no_doubt(given):
 )
 def test_wrong_units_axes_and_frames_are_told(given, said):
     assert doubts(**given)[0].startswith(said)
+
+
+@pytest.mark.parametrize(("unit", "is_told"), [(1.0, False), (1000.0, True)])
+def test_scans_without_a_return_are_told(unit, is_told):
+    consistency = Consistency()
+    for stamp in range(20):
+        ranges = unit * np.array((2.0, 5.0, math.inf, math.nan))
+        consistency.take(LaserScan(stamp, ranges, 0.0, 0.1, 0.1, 30.0, Pose2D()))
+    said = consistency.doubts()
+    assert [line.startswith("none of the 20 scans") for line in said] == [True] * is_told
 
 
 def test_too_little_decides_nothing():
