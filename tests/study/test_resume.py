@@ -230,7 +230,7 @@ def test_a_finished_run_says_so_and_prints_its_tables(
         main(["run", "--resume", str(whole), "--json"])
     said = capsys.readouterr()
     assert leaving.value.code == 0
-    assert f"{EPISODES} deliveries are finished" in said.err
+    assert f"is complete, with {EPISODES} deliveries" in said.err
     assert json.loads(said.out)["runs"][0]["episodes"] == EPISODES
     assert same(whole) == before
 
