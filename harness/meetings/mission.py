@@ -7,11 +7,11 @@ import numpy as np
 
 from harness.episode.factory import BRAINS_KEPT, Parts
 from harness.execution.process_cache import kept
-from harness.meetings.crowd import recorded
-from harness.meetings.draw import drawn, pool_of
+from harness.meetings.crowd import Record, recorded
+from harness.meetings.draw import BEFORE, Pool, drawn, pool_of
 from harness.meetings.drive import ArmDrive, drive_arm
 from harness.meetings.meet import Stage, stage_of
-from harness.meetings.way import way_of
+from harness.meetings.way import Way, way_of
 from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
 
@@ -67,17 +67,30 @@ def drive_mission(task: MissionTask) -> MissionDrive:
         CopyError: a meeting failed.
     """
     planned_by = task.planned_by or task.arms[0]
-    parts, generator = Parts(planned_by), planned_by.generators()[STREAM]
-    way = way_of(planned_by)
-    start = parts.mission(planned_by.generators()["mission"]).start
-    record = recorded(parts.people(), generator, start)
-    pool = pool_of(record, way, parts.rules.arrival_radius)
+    generator = planned_by.generators()[STREAM]
+    way, record, pool = crowd_along(planned_by, generator)
     spreads, usual = np.array(task.spreads), pool.usual_by_stratum
     step = max(task.per_meeting, float(usual @ spreads) / MOST)
     meetings = drawn(pool, spreads, step, generator)
     arms = tuple(drive_arm(arm, kept_stage(arm), way, record, meetings) for arm in task.arms)
     strata: IntArray = np.array([each.stratum for each in meetings], dtype=np.int64)
     return MissionDrive(planned_by.episode, usual, strata, step / spreads[strata], arms)
+
+
+def crowd_along(
+    task: EpisodeTask, rng: np.random.Generator, before: float = BEFORE
+) -> tuple[Way, Record, Pool]:
+    """The planned way of a mission, a crowd, and everybody of it who can be met there.
+
+    Args:
+        task: its delivery.
+        rng: of the crowd's chance.
+        before: [s] of the record that a meeting needs before its moment.
+    """
+    parts, way = Parts(task), way_of(task)
+    start = parts.mission(task.generators()["mission"]).start
+    record = recorded(parts.people(), rng, start)
+    return way, record, pool_of(record, way, parts.rules.arrival_radius, before)
 
 
 _stage_of = kept(BRAINS_KEPT, is_heavy=True)(stage_of)

@@ -1,5 +1,6 @@
 """Stored studies: each column in its smallest encoding, every value as it was, all few files."""
 
+import json
 import subprocess
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from tools import pack_runs
 from tools.pack_runs import write_small
 
 ROOT = Path(__file__).parents[2]
@@ -39,6 +41,23 @@ def test_a_packed_table_is_smaller_and_holds_the_same_bits(tmp_path: Path) -> No
     columns = pq.ParquetFile(tmp_path / "packed").metadata.row_group(0)
     split = {i for i in range(4) if "BYTE_STREAM_SPLIT" in columns.column(i).encodings}
     assert split == {2}, "only measured values"
+
+
+def test_runs_that_were_extended_at_different_numbers_tell_all_looks(tmp_path: Path) -> None:
+    runs, manifests = [], []
+    for name, looks in (("a", [75, 300]), ("b", [100]), ("c", [])):
+        run, manifest = tmp_path / name, {"stacks": [{"name": name}], "episodes": 400}
+        if looks:
+            manifest["extended_from"] = looks
+        run.mkdir()
+        (run / "run.json").write_text(json.dumps(manifest))
+        economics = [{"stack": name, "economics": {}}]
+        (run / "summary.json").write_text(json.dumps({"runs": economics}))
+        runs.append(run)
+        manifests.append(manifest)
+    pack_runs._require_equal(runs, manifests)
+    assert pack_runs._together(runs, manifests, "")["extended_from"] == [75, 100, 300]
+    assert "extended_from" not in pack_runs._together(runs[2:], manifests[2:], "")
 
 
 def test_the_stored_studies_fit() -> None:

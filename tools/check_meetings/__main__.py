@@ -27,13 +27,13 @@ import numpy as np
 from harness.economics.accountings import COUNTED, PERSON
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
-from harness.meetings.crowd import STEP, Record, recorded
-from harness.meetings.draw import Meeting, Pool, pool_of
+from harness.meetings.crowd import STEP, Record
+from harness.meetings.draw import Meeting, Pool
 from harness.meetings.drive import drive_arm
-from harness.meetings.mission import MissionTask, drive_mission, kept_stage
+from harness.meetings.mission import MissionTask, crowd_along, drive_mission, kept_stage
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.strata import MISSES, PRIOR, PRIOR_SUM, STRATA, strata_of
-from harness.meetings.way import Way, way_of
+from harness.meetings.way import Way
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.statistics.interval import Interval, Z
@@ -95,12 +95,10 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
         whole: people whom the delivery hit.
         number: of meetings to draw, on average in the default world.
     """
-    way, parts, generators = way_of(task), Parts(task), task.generators()
-    start = parts.mission(generators["mission"]).start
-    record = recorded(parts.people(), generators["pedestrians"], start)
+    parts = Parts(task)
+    way, record, pool = crowd_along(task, task.generators()["pedestrians"])
     passings = alone(task, way)
     meetings = met_on_the_way(record, way, passings)
-    pool = pool_of(record, way, parts.rules.arrival_radius)
     own, drawn = 0.0, None
     if meetings:
         own = drive_arm(task, kept_stage(task), way, record, meetings).expected_hits

@@ -14,14 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from harness.episode.factory import Parts
-from harness.meetings.crowd import recorded
-from harness.meetings.draw import drawn, pool_of
+from harness.meetings.draw import drawn
 from harness.meetings.drive import drive_arm
-from harness.meetings.mission import STREAM, kept_stage
+from harness.meetings.mission import STREAM, crowd_along, kept_stage
 from harness.meetings.results import ratio_interval
 from harness.meetings.strata import NUMBER, PRIOR, PRIOR_SUM
-from harness.meetings.way import way_of
 from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.task.study import EpisodeTask, make_study
@@ -43,12 +40,9 @@ class Mission:
 
 def driven(task: EpisodeTask) -> Mission:
     """Drive a mission's meetings with each lead."""
-    parts, generators = Parts(task), task.generators()
-    way = way_of(task)
-    start = parts.mission(generators["mission"]).start
-    record = recorded(parts.people(), generators[STREAM], start)
-    pool = pool_of(record, way, parts.rules.arrival_radius, before=LEADS[-1] + MORE)
-    meetings = drawn(pool, PRIOR, PRIOR_SUM / NUMBER, generators[STREAM])
+    rng = task.generators()[STREAM]
+    way, record, pool = crowd_along(task, rng, before=LEADS[-1] + MORE)
+    meetings = drawn(pool, PRIOR, PRIOR_SUM / NUMBER, rng)
     hits, losses = [], []
     for lead in LEADS:
         arm = drive_arm(task, kept_stage(task), way, record, meetings, lead)
