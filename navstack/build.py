@@ -2,8 +2,7 @@
 
 ``navstack.params.registry`` says which algorithms there are.
 
-The tracker is imported when it is asked for: it brings filterpy along, which takes half of the
-start-up.
+The tracker is imported when it is asked for: it brings scipy.optimize along, which takes 0.2 s.
 """
 
 from functools import cached_property

@@ -1,7 +1,6 @@
 """The GPS-EKF's linear algebra by filterpy, in place of the compiled steps."""
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter
 
 from navstack.localization import gps_ekf_kernels as kernels
 from navstack.localization.gps_ekf_filter import Engine
@@ -10,7 +9,12 @@ from navstack.types import FloatArray
 
 
 def filterpy_engine() -> Engine:
-    """The extended Kalman filter of filterpy, in place of the compiled steps."""
+    """The extended Kalman filter of filterpy, in place of the compiled steps.
+
+    filterpy is imported here: it brings scipy.stats along, which takes half a second.
+    """
+    from filterpy.kalman import ExtendedKalmanFilter
+
     ekf = ExtendedKalmanFilter(dim_x=SIZE, dim_z=1)
 
     def propagate(
