@@ -46,6 +46,8 @@ class AblationDeclaration:
     against: str  # arm to which the others are compared
     sources: tuple[str, ...] = ()  # where the localizers' parameters are from, in sentences
     estimator: str = DELIVERIES  # of harness.meetings.estimators
+    # [USD] that a margin may lie off; an arm drives until then. None: all drive as often
+    within: float | None = None
 
     def check(self, arms: Sequence[Stack]) -> None:
         """Check that there is such an arm.

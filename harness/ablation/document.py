@@ -21,6 +21,7 @@ def ablation_document(ablation: Ablation, study: Study, prices: Prices) -> Row:
         "map": Path(study.template.map_name).stem,
         "seed": study.template.seed,
         "episodes": ablation.episodes,
+        "within_usd": ablation.declaration.within,
         "arms": [_arm(arm, prices) for arm in ablation.arms],
         "differences": [difference_document(difference) for difference in ablation.differences],
         "audits": {arm: audit.as_json() for arm, audit in ablation.audits.items()},

@@ -20,6 +20,7 @@ from harness.ablation.analysis import (
     wrong_maps,
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
+from harness.ablation.precision import reach
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import margins
@@ -85,8 +86,36 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
     ]
 
 
+def known_within(ablation: Ablation) -> list[str]:
+    """Which margins are known as well as was asked for, in a line; nothing was asked: in none."""
+    within = ablation.declaration.within
+    if within is None:
+        return []
+    widths = {name: reach(margin) for name, margin in margins_with_unseen(ablation).items()}
+    wide = [
+        f"{name} ({_told(width)})"
+        for name, width in widths.items()
+        if width is None or width > within
+    ]
+    if not wide:
+        return [f"every margin is known to within {within:g} USD"]
+    most = f"after at most {counted(ablation.episodes, 'delivery')}"
+    return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
+
+
+def _told(width: float | None) -> str:
+    if width is None:
+        return "undefined"
+    return f"+-{number_text(width)}"
+
+
 def deciding(ablation: Ablation) -> list[str]:
-    """The command that would decide all margins that are not significant, in a line."""
+    """The command that would decide all margins that are not significant, in a line.
+
+    None where arms drive no further than their margins are to be known.
+    """
+    if ablation.declaration.within is not None:
+        return []
     open_ones = [each.paired for each in ablation.of(MARGIN) if not each.paired.is_significant]
     needed = max((pair.needed or pair.fewest for pair in open_ones if pair.differs), default=0)
     if command := needed and repeated(ablation.run, needed):

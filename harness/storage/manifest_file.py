@@ -1,6 +1,7 @@
 """The manifest of a run folder: read, changed, and what it says of changes by others."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from harness.storage.texts import quoted
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
+# entry of a manifest: deliveries of each stack by its name, where not all have as many
+COUNTS = "episodes_of"
 EXTENDED = "extended_from"  # entry of a manifest: deliveries a stack before each extension
 OTHER_STUDIES = {
     ABLATION: ("an ablation", "ablate"),
@@ -109,6 +112,21 @@ def extend_run(path: Path, episodes: int, seen: int | None = None) -> None:
         changes[EXTENDED] = [*extended_from(path), seen]
     with writing(path), locked(path):
         _rewrite(path, changes)
+
+
+def share_out(path: Path, counts: Mapping[str, int]) -> None:
+    """Let each stack of a run have so many episodes, none fewer than it has.
+
+    Args:
+        path: of a run that :func:`create_run` made.
+        counts: by the stacks' names; at most as many as the run was made for.
+
+    Raises:
+        InputError: the folder is in use, cannot be written, or holds no run.
+    """
+    require_real_folders(path)
+    with writing(path), locked(path):
+        _rewrite(path, {COUNTS: dict(counts)})
 
 
 def extended_from(path: Path) -> list[int]:

@@ -77,7 +77,7 @@ def _name(row: Row) -> str:
 
 def _in_rows(folder: Path, study: Study, rows: Rows) -> Iterator[str]:
     """Rows of another study, rows that are missing, and rows that the journal does not have."""
-    wanted = {(number, n) for number in range(len(study.stacks)) for n in study.numbers}
+    wanted = {(task.stack_number, task.episode) for task in study.tasks()}
     for row in rows:
         key, template = (row["stack_number"], row["episode"]), study.template
         here = (template.seed, Path(template.map_name).stem)

@@ -58,13 +58,13 @@ def require_own(study: Study, folder: RunFolder) -> None:
     Raises:
         InputError: it holds others.
     """
-    numbers = frozenset(study.numbers)
+    numbers = [frozenset(study.numbers_of(number)) for number in range(len(study.stacks))]
     for number, episode, name in zip(
         *map(folder.rows.values, ("stack_number", "episode", "stack")), strict=True
     ):
         own = (
             0 <= number < len(study.stacks)
-            and episode in numbers
+            and episode in numbers[number]
             and name == study.stacks[number].name
         )
         if not own:

@@ -14,7 +14,7 @@ from harness.episode.files import nav2_parameters, prices_of, rules_of, with_rec
 from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
-from harness.storage.manifest_file import read_manifest, require_unchanged
+from harness.storage.manifest_file import COUNTS, read_manifest, require_unchanged
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
@@ -142,7 +142,8 @@ def load_study(folder: Path, workers: int | None = None) -> Study:
             f"{where}: map '{template.map_name}' has changed since; restore it, or start a new run"
         )
     workers = usable_workers(workers, episodes * len(stacks))
-    return Study(stacks, episodes, workers, template, _only(content, episodes, where))
+    only = _only(content, episodes, where)
+    return Study(stacks, episodes, workers, template, only, _counts(content, stacks, where))
 
 
 def policy_digests(study: Study) -> dict[str, str]:
@@ -233,6 +234,19 @@ def _only(content: Mapping[str, Any], episodes: int, where: str) -> tuple[int, .
             f"{where}: only: has {len(set(only))} deliveries, but episodes says {episodes}"
         )
     return tuple(only)
+
+
+def _counts(content: Mapping[str, Any], stacks: Sequence[Stack], where: str) -> tuple[int, ...]:
+    """How many deliveries each stack of a run has, where they differ."""
+    counts, most = content.get(COUNTS), content["episodes"]
+    if counts is None:
+        return ()
+    names = [stack.name for stack in stacks]
+    if not isinstance(counts, dict) or sorted(counts) != sorted(names):
+        raise InputError(f"{where}: {COUNTS}: {counts!r} has not one number for each stack")
+    if not all(type(each) is int and 1 <= each <= most for each in counts.values()):
+        raise InputError(f"{where}: {COUNTS}: {counts!r} has numbers that are not 1 to {most}")
+    return tuple(counts[name] for name in names)
 
 
 def _list(content: Mapping[str, Any], key: str, where: str) -> list[Any]:

@@ -17,7 +17,7 @@ from harness.economics.prices import Prices, load_prices
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
-from harness.storage.manifest_file import mixed_files, no_run, read_manifest
+from harness.storage.manifest_file import COUNTS, mixed_files, no_run, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
@@ -81,8 +81,16 @@ class StoredRun:
     @property
     def is_whole(self) -> bool:
         """Whether each stack has driven all deliveries that were asked for."""
-        asked = int(self.about.get("episodes", 0))
-        return all(len(stack.rows) + stack.errors >= asked for stack in self.stacks)
+        return all(
+            len(stack.rows) + stack.errors >= self.asked_of(stack.name) for stack in self.stacks
+        )
+
+    def asked_of(self, stack: str) -> int:
+        """How many deliveries of a stack were asked for; 0: its manifest does not say it."""
+        asked, own = self.about.get("episodes"), self.about.get(COUNTS)
+        if isinstance(own, Mapping):
+            asked = own.get(stack, asked)
+        return asked if isinstance(asked, int) else 0
 
     def prices(self) -> Prices:
         """The prices at which it was run."""

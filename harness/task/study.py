@@ -109,26 +109,33 @@ class Study:
     """Stacks to be compared on the same deliveries."""
 
     stacks: tuple[Stack, ...]
-    episodes: int  # of each stack
+    episodes: int  # of each stack, at most
     workers: int
     # of the first stack's first episode; the others differ in stack and episode
     template: EpisodeTask
     only: tuple[int, ...] = ()  # their numbers; empty: the first ones
+    counts: tuple[int, ...] = ()  # of each stack, which drives the first; empty: all drive all
 
     @property
     def total(self) -> int:
         """Number of deliveries."""
-        return self.episodes * len(self.stacks)
+        return sum(self.counts) or self.episodes * len(self.stacks)
 
     @property
     def numbers(self) -> Sequence[int]:
-        """Of the episodes of each stack."""
+        """Of the episodes of a stack that drives all."""
         return self.only or range(self.episodes)
+
+    def numbers_of(self, number: int) -> Sequence[int]:
+        """Of the episodes of the stack with this number."""
+        if self.counts:
+            return self.numbers[: self.counts[number]]
+        return self.numbers
 
     def tasks(self) -> Iterator[EpisodeTask]:
         """Every delivery of the study."""
         for number in range(len(self.stacks)):
-            for episode in self.numbers:
+            for episode in self.numbers_of(number):
                 yield self.task(number, episode)
 
     def tasks_in_turns(self, block: int = 1) -> Iterator[EpisodeTask]:
@@ -140,7 +147,7 @@ class Study:
         order = list(range(len(self.stacks)))
         for first in range(0, len(self.numbers), block):
             for number in order:
-                for episode in self.numbers[first : first + block]:
+                for episode in self.numbers_of(number)[first : first + block]:
                     yield self.task(number, episode)
             order.reverse()
 

@@ -11,6 +11,7 @@ from harness.ablation.analysis import Ablation, AblationDeclaration, analyse
 from harness.ablation.arms import arms_of, parameter_sources, with_arms
 from harness.ablation.document import ablation_document
 from harness.ablation.meetings import MeetingsArms
+from harness.ablation.precision import FIRST, check_within, counts_wanted
 from harness.episode.files import prices_of
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
@@ -19,15 +20,17 @@ from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.files import nearby
+from harness.storage.manifest_file import share_out
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where
 from harness.study.preflight import check
-from harness.study.stored_run import load_run
+from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
 from navbench.api.driving import Driven, drive_folder, extend, say_notes
-from navbench.api.meetings.ablate import drive_arms, require_arms
+from navbench.api.meetings.ablate import drive_arms, only_of_deliveries, require_arms
+from navbench.api.progress import say
 from navbench.api.report import today
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
@@ -60,6 +63,7 @@ def ablate(
     correlation_time: float | None = None,
     against: str | None = None,
     estimator: str = DELIVERIES,
+    within: float | None = None,
     out: Path | None = None,
     where: Where | None = None,
     map: str = "sidewalk",  # noqa: A002 - as the option is called
@@ -75,10 +79,12 @@ def ablate(
         correlation_time: [s] over which such an error changes; None: the usual one.
         against: arm to which the others are compared; None: the first.
         estimator: deliveries, or meetings with people, which decide with less driving.
+        within: [USD] that each arm's margin may lie off: an arm drives until it is known so well;
+            None: all drive as often.
         out: run folder; None: ``results/<time>-ablate-<stack>``.
         where: deliveries are driven; None: on this machine.
         map: a built-in map or a map_server YAML file.
-        episodes: deliveries of each arm, or missions whose meetings it drives.
+        episodes: deliveries of each arm, at most, or missions whose meetings it drives.
         options: as of :func:`navbench.run`.
 
     Raises:
@@ -94,8 +100,11 @@ def ablate(
     sources = parameter_sources(study.stacks[0], arms, study.template.allow_unknown)
     study = with_arms(study, arms, where.workers)
     name, first = name_of(stack), study.stacks[0].name
-    declaration = AblationDeclaration(name, against or first, sources, estimator)
+    declaration = AblationDeclaration(name, against or first, sources, estimator, within)
     declaration.check(study.stacks)
+    check_within(within)
+    if within is not None:
+        study = dataclasses.replace(study, counts=(min(FIRST, study.episodes),) * len(arms))
     if estimator == MEETINGS:
         require_arms(study, where)
     path = out or default_folder(f"ablate-{name}")
@@ -105,6 +114,8 @@ def ablate(
     notes = [note for note in check(study) if note.startswith(own)]
     texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
+    if within is not None:
+        share_out(path, dict(zip([arm.name for arm in arms], study.counts, strict=True)))
     found = _drive(path, declaration, where)
     told = [f"{name}: {note.removeprefix(own)}" for note in notes]
     return dataclasses.replace(found, notes=tuple(told))
@@ -115,6 +126,7 @@ def resume_ablation(
     against: str | None = None,
     where: Where | None = None,
     episodes: int | None = None,
+    within: float | None = None,
 ) -> Ablated | MeetingsArms:
     """Go on with the ablation of a run folder.
 
@@ -123,6 +135,7 @@ def resume_ablation(
         against: arm to which the others are compared; None: the one of before.
         where: deliveries are driven; None: on this machine.
         episodes: deliveries of each arm from now on; None: as many as it was made for.
+        within: [USD] as of :func:`ablate`; None: as it was made.
 
     Raises:
         InputError: the folder holds none, has no such arm, or has more deliveries.
@@ -136,9 +149,18 @@ def resume_ablation(
             f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
         )
     declaration = load_dataclass(AblationDeclaration, stored)
-    declaration = dataclasses.replace(declaration, against=against or declaration.against)
+    declaration = dataclasses.replace(
+        declaration,
+        against=against or declaration.against,
+        within=declaration.within if within is None else within,
+    )
     declaration.check(study.stacks)
+    check_within(within)
+    if declaration.estimator == MEETINGS and within is not None:
+        raise only_of_deliveries()
     say_notes(version_notes(path))
+    if within is not None and not study.counts:
+        share_out(path, {stack.name: study.episodes for stack in study.stacks})
     if episodes is not None:
         extend(path, episodes)
     return _drive(path, declaration, where)
@@ -147,10 +169,9 @@ def resume_ablation(
 def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablated | MeetingsArms:
     if declaration.estimator == MEETINGS:
         return drive_arms(path, declaration, where)
-    study = load_study(path, where.workers)
-    driven = drive_folder(study, path, where)
+    driven, run = _drive_arms(path, declaration, where)
+    study = driven.study
     prices = prices_of(study.template.prices)
-    run = load_run(str(path))
     ablation = analyse(declaration, driven.results, run, prices, study.episodes)
     figures = draw_ablation(ablation, path)
     content = ablation_document(ablation, study, prices)
@@ -158,3 +179,25 @@ def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablate
     runs = [] if driven.is_interrupted else [run]
     page = write_study_page(write_ablation(ablation, figures, path), runs, today())
     return Ablated(driven, ablation, content, figures, page)
+
+
+def _drive_arms(
+    path: Path, declaration: AblationDeclaration, where: Where
+) -> tuple[Driven, StoredRun]:
+    """Drive what the arms lack, and more of those whose margin is not known well enough."""
+    while True:
+        study = load_study(path, where.workers)
+        driven = drive_folder(study, path, where)
+        run = load_run(str(path))
+        if declaration.within is None or driven.is_interrupted:
+            return driven, run
+        wanted = counts_wanted(run, declaration.within, study.episodes)
+        more = [
+            stack.name
+            for stack in run.stacks
+            if wanted[stack.name] > len(stack.rows) + stack.errors
+        ]
+        if not more:
+            return driven, run
+        say(f"margin not known to within {declaration.within:g} USD yet: {', '.join(more)}")
+        share_out(path, wanted)

@@ -49,6 +49,13 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
 @click.option(
     "--against", metavar="ARM", help="Arm to which the others are compared; default: the first."
 )
+@click.option(
+    "--within",
+    type=float,
+    metavar="USD",
+    help="Each arm drives until its margin is known so well, --episodes at most; "
+    "default: all drive --episodes.",
+)
 @ESTIMATOR
 @study_options
 @click.option(
@@ -90,6 +97,7 @@ def ablate(
       navbench ablate --localizers ground_truth,amcl,amcl@navigation_mesh --against amcl
       navbench ablate --inject position=0.1,0.3,1.0 heading=2,5 --episodes 100
       navbench ablate --localizers gps,gps-ekf --sensors rtk_urban --json
+      navbench ablate --localizers gps-ekf,amcl-gps --within 0.5 --episodes 2000
       navbench ablate --localizers gps-ekf,amcl-gps --estimator meetings --episodes 60
       navbench ablate --resume results/latest
       navbench ablate --resume results/latest --episodes 400
@@ -99,8 +107,9 @@ def ablate(
     from navbench.api.driving import say_notes
 
     if resume is not None:
-        refuse_others(context, "is_full", "episodes")
-        found = api.resume_ablation(resume, against, where, asked_deliveries(context))
+        refuse_others(context, "is_full", "episodes", "within")
+        more = asked_deliveries(context), choices["within"]
+        found = api.resume_ablation(resume, against, where, *more)
     else:
         if more_errors and not errors:
             first = more_errors[0]

@@ -10,11 +10,13 @@ from rich.console import Console
 
 from harness.ablation.arms import arms_of, parameter_sources
 from harness.report.figures import SUFFIXES
+from harness.report.page.entries import notes_of
 from harness.report.tables import print_table, report_table
 from harness.storage.new_run import ABLATION
 from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
 from harness.study.drive import TABLES
+from harness.study.stored_run import StoredRun, load_run
 from harness.task.stack import load_stack
 from harness.world.sensors.suite import SensorParams
 from navbench.cli.app import main
@@ -150,6 +152,66 @@ def test_an_ablation_is_driven_cut_off_and_driven_on(
     assert pq.read_table(out / "episodes.parquet").num_rows == 3 * len(ARMS)
 
 
+def test_an_arm_drives_on_alone(
+    tmp_path: Path,
+    given: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def counts(run: StoredRun, within: float, most: int) -> dict[str, int]:
+        """The arm with gps drives all, the others once."""
+        return {stack.name: most if stack.name == "gps" else 1 for stack in run.stacks}
+
+    out = tmp_path / "out"
+    monkeypatch.setattr("navbench.api.ablate.FIRST", 1)
+    monkeypatch.setattr("navbench.api.ablate.counts_wanted", counts)
+    monkeypatch.setattr("navbench.api.ablate.draw_ablation", lambda *_: [])
+    status, text, said = navbench(capsys, *given, "--within", "2", "--out", str(out), "--json")
+    assert status == 0 and "margin not known to within 2 USD yet: gps\n" in said
+    document = json.loads(text)
+    driven = {arm["arm"]: arm["episodes"] for arm in document["arms"]}
+    assert driven == {"ground_truth": 1, "gps": 2, "position=0.5": 1}
+    assert (document["within_usd"], document["episodes"]) == (2.0, 2)
+    run = load_run(str(out))
+    assert run.is_whole and notes_of([run]) == []
+    assert not list(out.glob(JOURNAL)), "nothing is missing"
+
+    status, again, said = navbench(capsys, "--resume", str(out), "--json")
+    assert status == 0 and json.loads(again) == document
+    assert "is complete, with 4 deliveries" in said
+    with pytest.raises(SystemExit) as leaving:
+        main(["verify", str(out), "--sample", "0"])
+    assert not leaving.value.code, capsys.readouterr().out
+    capsys.readouterr()
+    status, text, _ = navbench(capsys, "--resume", str(out), "--episodes", "3", "--json")
+    driven = {arm["arm"]: arm["episodes"] for arm in json.loads(text)["arms"]}
+    assert driven == {"ground_truth": 1, "gps": 3, "position=0.5": 1}
+
+
+def test_arms_that_drove_as_often_drive_on_alone(
+    tmp_path: Path,
+    given: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    out = tmp_path / "out"
+    monkeypatch.setattr("navbench.api.ablate.draw_ablation", lambda *_: [])
+    monkeypatch.setattr(
+        "navbench.api.ablate.counts_wanted",
+        lambda run, within, most: {
+            stack.name: 2 if stack.name == "gps" else 1 for stack in run.stacks
+        },
+    )
+    status, _, _ = navbench(
+        capsys, *given[:-4], "--workers", "1", "--episodes", "1", "--out", str(out)
+    )
+    assert status == 0
+    more = ("--within", "2", "--episodes", "2")
+    status, text, _ = navbench(capsys, "--resume", str(out), *more, "--json")
+    driven = {arm["arm"]: arm["episodes"] for arm in json.loads(text)["arms"]}
+    assert status == 0 and driven == {"ground_truth": 1, "gps": 2, "position=0.5": 1}
+
+
 @pytest.mark.parametrize(
     ("stack", "localizers", "told"),
     [
@@ -193,6 +255,12 @@ def test_where_the_localizers_parameters_are_from_is_told(
             ("rtk_god", "did you mean 'rtk_good'"),
         ),
         (("--localizers", "gps,amcl", "--episodes", "0"), ("--episodes 0",)),
+        (("--localizers", "gps,amcl", "--within", "0"), ("--within 0", "more than 0 USD")),
+        (("--localizers", "gps,amcl", "--within", "nan"), ("--within nan", "more than 0 USD")),
+        (
+            ("--localizers", "gps,amcl", "--within", "1", "--estimator", "meetings"),
+            ("--within is for whole deliveries", "leave it out"),
+        ),
     ],
 )
 def test_what_cannot_be_ablated_is_one_line(

@@ -1,5 +1,6 @@
 """Arms and what is worked out of them, on deliveries whose answers are known."""
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,15 @@ from harness.ablation.analysis import (
     points,
 )
 from harness.ablation.arms import arms_of, drives_by_scan
+from harness.ablation.precision import counts_wanted
+from harness.analysis.rare import margin_with_unseen
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.files import nav2_parameters
 from harness.report.ablation import (
     ablation_blocks,
     deciding,
+    known_within,
     next_command,
     price_sentence,
     sentence,
@@ -298,6 +302,51 @@ def test_where_nothing_was_lost_more_missions_come_next(
     folder = write_run("run", tuple(LEVELS), episodes=6, change=once)
     ablation = analysed(folder, arms(errors=("position=0.5,2",)))
     assert next_command(ablation, folder).startswith(comes_next)
+
+
+@pytest.mark.parametrize(
+    ("share", "most", "wanted"),
+    [(1.01, 1000, 40), (1.0 / 1.2, 1000, 58), (0.1, 1000, 80), (0.1, 60, 60), (0.1, 40, 40)],
+)
+def test_an_arm_drives_until_its_margin_is_known(
+    write_run: WriteRun, share: float, most: int, wanted: int
+) -> None:
+    """Of 40 deliveries, where the margin is asked for to a share of how well it is known."""
+
+    def twice(row: dict[str, Any]) -> None:
+        costly(row)
+        row["pedestrian_injury_usd"] = 20.0 * (row["episode"] in (3, 30))
+
+    run = load_run(str(write_run("run", ("ground_truth",), episodes=40, change=twice)))
+    margin = margin_with_unseen(run, run.stacks[0])
+    assert margin and margin.value and margin.low and margin.high
+    width = margin.value - margin.low
+    assert width > margin.high - margin.value
+    assert counts_wanted(run, share * width, most) == {"ground_truth": wanted}
+
+
+def test_an_arm_whose_margin_is_undefined_drives_no_more(write_run: WriteRun) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        row["error"] = "it broke" if row["stack"] == "amcl" else None
+
+    folder = write_run("run", ("gps", "amcl"), episodes=3, change=fail)
+    found = counts_wanted(load_run(str(folder)), 0.1, 100)
+    assert (found["gps"], found["amcl"]) == (6, 3)
+
+
+def test_which_margins_are_known_is_told(write_run: WriteRun) -> None:
+    ablation = analysed(
+        write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",))
+    )
+    assert known_within(ablation) == []
+    asked = dataclasses.replace(ablation.declaration, within=1000.0)
+    (line,) = known_within(dataclasses.replace(ablation, declaration=asked))
+    assert line == "every margin is known to within 1000 USD"
+    asked = dataclasses.replace(ablation.declaration, within=0.01)
+    ablation = dataclasses.replace(ablation, declaration=asked)
+    (line,) = known_within(ablation)
+    assert line.startswith("not known to within 0.01 USD after at most 40 deliveries: ground_truth")
+    assert deciding(ablation) == [], "arms that are known drive no further"
 
 
 def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:

@@ -132,12 +132,12 @@ def notes_of(runs: Sequence[StoredRun]) -> list[str]:
 
 def _missing(run: StoredRun, stack: StoredStack) -> str:
     """What a stack lacks; empty: nothing."""
-    done, asked = len(stack.rows) + stack.errors, run.about.get("episodes")
+    done, asked = len(stack.rows) + stack.errors, run.asked_of(stack.name)
     if not done:
         return "is left out: it has driven nothing yet; --resume of the run goes on"
     if not stack.rows:
         return f"is left out: {all_of(done, 'delivery')} of it ended in an error"
-    if isinstance(asked, int) and done < asked:
+    if done < asked:
         return f"has driven {done} of its {asked} deliveries; --resume of the run goes on"
     return ""
 

@@ -19,6 +19,7 @@ from harness.economics.valuation import missions
 from harness.report.ablation import (
     deciding,
     investment_of,
+    known_within,
     margins_with_unseen,
     price_sentence,
     sentence,
@@ -185,7 +186,8 @@ def ablation_setup(ablation: Ablation, folder: Path) -> str:
 
 def ablation_answer(ablation: Ablation) -> list[str]:
     """Which margins differ: a sentence for each pair."""
-    return [sentence(each) for each in ablation.differences if each.metric == MARGIN]
+    found = [sentence(each) for each in ablation.differences if each.metric == MARGIN]
+    return [*found, *known_within(ablation)]
 
 
 def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:

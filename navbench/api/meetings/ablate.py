@@ -28,10 +28,20 @@ def require_arms(study: Study, where: Where) -> None:
     """
     require_local(where)
     require_meetings(study)
+    if study.counts:
+        raise only_of_deliveries()
     if study.only:
         raise InputError(f"meetings are driven on all missions; leave out --only, or {INSTEAD}")
     if study.template.keep_trace or study.template.keep_decisions:
         raise InputError(f"meetings leave no recordings; leave out --record, or {INSTEAD}")
+
+
+def only_of_deliveries() -> InputError:
+    """The error of arms that shall drive until their margins are known, by meetings."""
+    return InputError(
+        f"--within is for whole deliveries: all arms drive the same meetings; leave it out, or "
+        f"{INSTEAD}"
+    )
 
 
 def drive_arms(path: Path, declaration: AblationDeclaration, where: Where) -> MeetingsArms:
