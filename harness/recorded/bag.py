@@ -35,6 +35,9 @@ MOST_FILES = 1000
 LARGEST_FILE = 1 << 40  # [bytes]
 LARGEST_UNPACKED = 16 << 30  # [bytes] of a file that was compressed as a whole
 _ZSTD = b"\x28\xb5\x2f\xfd"
+# what files that were compressed as a whole begin with
+_PACKED = (".zst", ".zstd", ".gz", ".bz2")  # suffixes of such files
+_PACKERS = {_ZSTD: "zstd", b"\x1f\x8b": "gzip", b"BZh": "bz2"}
 _PIECE = 1 << 20  # [bytes]
 
 
@@ -130,30 +133,32 @@ class Bag:
             check_regular(path, LARGEST_FILE)
             with path.open("rb") as stream:
                 start = stream.read(16)
-            if start.startswith(_ZSTD):
-                path = self._unpack(path)
+            given = path
+            packer = next((name for magic, name in _PACKERS.items() if start.startswith(magic)), "")
+            if packer:
+                path = self._unpack(given, packer)
                 with path.open("rb") as stream:
                     start = stream.read(16)
             kind = next((kind for magic, kind in KINDS.items() if start.startswith(magic)), None)
             if kind is None:
                 what = "is no bag"
                 if not start:
-                    what = "is empty"
+                    what = "holds nothing that can be unpacked" if packer else "is empty"
                 raise BagError(
-                    f"bag '{path}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2"
+                    f"bag '{given}' {what}; give a .bag, .mcap or .db3 file or a folder of ROS 2"
                 )
             file = kind(path, types)
         self._stack.callback(file.close)
         file.scan()
         return file
 
-    def _unpack(self, path: Path) -> Path:
+    def _unpack(self, path: Path, packer: str) -> Path:
         """A file that was compressed as a whole, decompressed into a folder of this bag."""
         folder = self._stack.enter_context(tempfile.TemporaryDirectory(prefix="navbench-"))
         unpacked, done = Path(folder) / path.name, 0
         with (
-            contextlib.suppress(pa.ArrowException),
-            pa.input_stream(str(path), compression="zstd") as stream,
+            _as_far_as_whole(),
+            pa.input_stream(str(path), compression=packer) as stream,
             unpacked.open("wb") as out,
         ):
             free = shutil.disk_usage(folder).free // 2
@@ -179,9 +184,7 @@ class Bag:
         listed = about.get("relative_file_paths")
         if listed is None:
             found = sorted(
-                file
-                for file in path.iterdir()
-                if file.name.removesuffix(".zstd").endswith(SUFFIXES)
+                file for file in path.iterdir() if _unpacked_name(file).endswith(SUFFIXES)
             )
         elif isinstance(listed, list) and all(isinstance(name, str) for name in listed):
             # never a file outside the folder
@@ -193,6 +196,27 @@ class Bag:
         if not 0 < len(found) <= MOST_FILES:
             raise BagError(f"bag '{path}' has {len(found)} bag files; 1 to {MOST_FILES} are read")
         return found
+
+
+@contextlib.contextmanager
+def _as_far_as_whole() -> Iterator[None]:
+    """Within it reading ends where a compressed file is damaged; errors of the disk are passed on.
+
+    Raises:
+        OSError: of the disk, which has a number.
+    """
+    try:
+        yield
+    except pa.ArrowException:
+        return
+    except OSError as error:
+        if error.errno is not None:
+            raise
+
+
+def _unpacked_name(file: Path) -> str:
+    """The name of a file without the suffix of compression as a whole."""
+    return file.stem if file.suffix in _PACKED else file.name
 
 
 def _metadata(path: Path) -> dict[str, Any]:

@@ -8,7 +8,9 @@ from typing import Annotated
 
 import pytest
 
+from harness.world.world_params import WorldParams
 from navstack.errors import InputError, ParameterError
+from navstack.params.strict import load_dataclass
 from navstack.ranges import (
     POSITIVE,
     Allowed,
@@ -113,3 +115,13 @@ def test_rules(rule, right, wrong, message):
 
 def test_a_share_is_between_0_and_1():
     assert Share.__metadata__[0].text == "0 to 1"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [("", "is empty; expected the keys"), ("- 1\n", r"\[1\] is not a mapping; expected the keys")],
+)
+def test_a_file_without_keys_is_told_which_it_takes(tmp_path, text, told):
+    (tmp_path / "world.yaml").write_text(text)
+    with pytest.raises(ParameterError, match=told):
+        load_dataclass(WorldParams, tmp_path / "world.yaml")

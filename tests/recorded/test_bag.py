@@ -1,5 +1,7 @@
 """Bags of all formats are read alike, whole or damaged."""
 
+import bz2
+import gzip
 import os
 import random
 import shutil
@@ -94,6 +96,39 @@ def test_what_stands_before_the_cut_is_read(tmp_path, form):
                 break
     assert numbers == list(range(len(numbers)))
     assert len(numbers) > len(written) // 4
+
+
+@pytest.mark.parametrize(
+    ("suffix", "pack", "is_cut"),
+    [(".gz", gzip.compress, False), (".gz", gzip.compress, True), (".bz2", bz2.compress, False)],
+)
+def test_a_bag_that_was_packed_as_a_whole_is_read(tmp_path, suffix, pack, is_cut):
+    path = write(tmp_path / "log", entries(6000 if is_cut else 300), "ros1")
+    with Bag([path], TYPES) as bag:
+        whole = contents(bag)
+    content = pack(path.read_bytes())
+    if is_cut:
+        content = content[: len(content) * 2 // 3]
+    folder = tmp_path / "packed"
+    folder.mkdir()
+    (folder / f"log.bag{suffix}").write_bytes(content)
+    (folder / "log.bag.txt").write_text("notes")
+    for given in (folder, folder / f"log.bag{suffix}"):
+        with Bag([given], TYPES) as bag:
+            assert (bag.damage is not None) is is_cut
+            places = bag.places(set(bag.topics))
+            assert (len(places) == len(whole)) is not is_cut
+            assert len(places) > len(whole) // 4
+            if not is_cut:
+                assert contents(bag) == whole
+
+
+def test_a_packed_bag_without_a_whole_block_is_named(tmp_path):
+    path = write(tmp_path / "log", entries(), "ros1")
+    packed = tmp_path / "log.bag.bz2"
+    packed.write_bytes(bz2.compress(path.read_bytes())[:1000])
+    with pytest.raises(BagError, match=rf"bag '{packed}' holds nothing that can be unpacked"):
+        Bag([packed], TYPES)
 
 
 def test_a_bag_that_was_never_closed_says_so(tmp_path):
