@@ -1,18 +1,23 @@
 """Signed distances to the surfaces of a map."""
 
 from typing import NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.distances import squared_distances
-from navstack.costmap.field_cache import shared_array
+from navstack.costmap.field_cache import content_key, shared_array
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.jit import njit
 from navstack.types import BoolMatrix, FixedInt8Matrix
 
 CODE = 0.01  # [m] of a code
 MOST = 127  # codes beyond which a surface is far
+
+Int8Array = npt.NDArray[np.int8]
+# fields by their maps' content, as long as somebody has them: localizer and tracker take the same
+_in_use: WeakValueDictionary[str, Int8Array] = WeakValueDictionary()
 
 
 class SurfaceField(NamedTuple):
@@ -32,6 +37,14 @@ def surface_field(static_map: OccupancyGrid) -> SurfaceField:
     """
     static_map.require_unrotated("map")
     data, cell = static_map.data, static_map.resolution
+    key = content_key("surface codes", data, cell)
+    codes = _in_use.get(key)
+    if codes is None:
+        codes = _in_use[key] = _codes_of(data, cell)
+    return SurfaceField(codes, static_map.origin.x, static_map.origin.y, cell)
+
+
+def _codes_of(data: Int8Array, cell: float) -> Int8Array:
     codes = shared_array(
         data.size,
         lambda: surface_codes(data >= OCCUPIED, data == FREE, cell),
@@ -40,11 +53,11 @@ def surface_field(static_map: OccupancyGrid) -> SurfaceField:
         cell,
     )
     codes.flags.writeable = False
-    return SurfaceField(codes, static_map.origin.x, static_map.origin.y, cell)
+    return codes
 
 
 @njit(ahead=True)
-def surface_codes(occupied: BoolMatrix, free: BoolMatrix, cell: float) -> npt.NDArray[np.int8]:
+def surface_codes(occupied: BoolMatrix, free: BoolMatrix, cell: float) -> Int8Array:
     """Signed distances (H, W) in CODE from cells' middles to the edge of the nearest surface."""
     height, width = occupied.shape
     codes = np.empty((height, width), dtype=np.int8)

@@ -188,7 +188,10 @@ def _landmark_lengths(free: BoolArray, cells: IntArray) -> Float32Array:
     """
     lengths = np.empty((len(cells), _LANDMARKS), dtype=np.float32)
     farthest = distance_field(free, cells[0])[free].argmax()
+    least = np.full(len(cells), np.inf, dtype=np.float32)
     for i in range(_LANDMARKS):
-        lengths[:, i] = distance_field(free, cells[farthest])[free]
-        farthest = lengths[:, : i + 1].min(axis=1).argmax()
+        found = distance_field(free, cells[farthest])[free]
+        lengths[:, i] = found
+        np.minimum(least, found, out=least)
+        farthest = least.argmax()
     return lengths
