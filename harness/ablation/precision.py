@@ -21,7 +21,7 @@ def check_within(within: float | None) -> None:
         raise InputError(f"--within {within:g}: give more than 0 USD")
 
 
-def reach(margin: Interval | None) -> float | None:
+def half_width(margin: Interval | None) -> float | None:
     """How far [USD] a margin may lie from its value, on the side where that is more.
 
     None: it is undefined, or nothing bounds it.
@@ -47,7 +47,7 @@ def counts_wanted(run: StoredRun, within: float, most: int) -> dict[str, int]:
     for stack in run.stacks:
         driven = len(stack.rows) + stack.errors
         wanted[stack.name] = driven
-        width = reach(margin_with_unseen(run, stack))
+        width = half_width(margin_with_unseen(run, stack))
         if width is not None and width > within:
             needed = math.ceil(driven * min((width / within) ** 2, GROWTH))
             wanted[stack.name] = min(max(needed, driven + 1), most)

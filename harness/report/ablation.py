@@ -20,7 +20,7 @@ from harness.ablation.analysis import (
     wrong_maps,
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
-from harness.ablation.precision import reach
+from harness.ablation.precision import half_width
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import margins
@@ -91,7 +91,7 @@ def known_within(ablation: Ablation) -> list[str]:
     within = ablation.declaration.within
     if within is None:
         return []
-    widths = {name: reach(margin) for name, margin in margins_with_unseen(ablation).items()}
+    widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
     wide = [
         f"{name} ({_told(width)})"
         for name, width in widths.items()
