@@ -24,6 +24,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from harness.ablation.precision import FIRST, count_wanted, half_width
 from harness.analysis.rare import reach_of
 from harness.analysis.repricing import choose, profits
 from harness.economics.valuation import CENT
@@ -39,6 +40,8 @@ DRAWN = (20, 100, 400)  # deliveries of a run, drawn from real ones
 DISASTER = 400.0  # [USD] loss of a delivery
 LEAST = 400  # deliveries of a folder that stands for all
 DRAWS = 500  # bootstrap draws per interval
+WITHIN = 3.0  # [USD] of margins that are driven until they are known
+MOST = 5000  # deliveries of such a run
 TRUTH_FROM = 4_000_000  # deliveries
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
 
@@ -183,6 +186,41 @@ def _shares(
     return [count / replications for count in held]
 
 
+def stopped(folders: list[Path], replications: int, rng: np.random.Generator) -> Table:
+    """The same of runs that end once their interval is narrow, as ``navbench ablate --within``."""
+    table = Table(
+        *("run", "held by", "deliveries"),
+        title=f"real margins, driven until known to within {WITHIN:g} USD",
+        box=box.SIMPLE_HEAD,
+    )
+    for name, margins, with_unseen in driven(folders):
+        truth, held, counts = float(margins.mean()), 0, []
+        for _ in range(replications):
+            span, count = _until_known(margins, with_unseen, rng)
+            held += (
+                span.low is not None and span.high is not None and span.low <= truth <= span.high
+            )
+            counts.append(count)
+        told = f"{min(counts)} to {max(counts)}, {np.median(counts):.0f}"
+        table.add_row(name, f"{held / replications:.3f}", told)
+    return table
+
+
+def _until_known(
+    margins: FloatArray, interval: Draw, rng: np.random.Generator
+) -> tuple[Interval, int]:
+    """The interval of deliveries drawn until it is narrow enough, and how many they are."""
+    sample = rng.choice(margins, FIRST)
+    while True:
+        span = interval(sample, rng)
+        width = half_width(span)
+        assert width is not None
+        wanted = count_wanted(len(sample), width, WITHIN, MOST)
+        if wanted == len(sample):
+            return span, wanted
+        sample = np.append(sample, rng.choice(margins, wanted - len(sample)))
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(
@@ -202,6 +240,7 @@ def main() -> None:
     console.print(normal(asked.replications))
     for table in resampled(asked.runs or [BASELINE], asked.replications, rng):
         console.print(table)
+    console.print(stopped(asked.runs or [BASELINE], asked.replications, rng))
 
 
 if __name__ == "__main__":

@@ -34,9 +34,7 @@ def half_width(margin: Interval | None) -> float | None:
 def counts_wanted(run: StoredRun, within: float, most: int) -> dict[str, int]:
     """How many deliveries each arm is to have next, those included that it has.
 
-    Widths shrink with the root of the number. So an arm whose margin spreads twice as much drives
-    four times as often; one that has lost nothing drives until a loss that nobody has seen would
-    matter less than ``within``. What ended in an error counts as driven.
+    What ended in an error counts as driven; an arm whose margin is undefined drives no more.
 
     Args:
         run: the deliveries so far.
@@ -48,7 +46,25 @@ def counts_wanted(run: StoredRun, within: float, most: int) -> dict[str, int]:
         driven = len(stack.rows) + stack.errors
         wanted[stack.name] = driven
         width = half_width(margin_with_unseen(run, stack))
-        if width is not None and width > within:
-            needed = math.ceil(driven * min((width / within) ** 2, GROWTH))
-            wanted[stack.name] = min(max(needed, driven + 1), most)
+        if width is not None:
+            wanted[stack.name] = count_wanted(driven, width, within, most)
     return wanted
+
+
+def count_wanted(driven: int, width: float, within: float, most: int) -> int:
+    """How many deliveries an arm is to have next, those included that it has.
+
+    Widths shrink with the root of the number. So an arm whose margin spreads twice as much drives
+    four times as often; one that has lost nothing drives until a loss that nobody has seen would
+    matter less than ``within``.
+
+    Args:
+        driven: deliveries.
+        width: [USD] of :func:`half_width` after them.
+        within: [USD] at most.
+        most: deliveries.
+    """
+    if width <= within:
+        return driven
+    needed = math.ceil(driven * min((width / within) ** 2, GROWTH))
+    return min(max(needed, driven + 1), most)
