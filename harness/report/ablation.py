@@ -103,6 +103,13 @@ def known_within(ablation: Ablation) -> list[str]:
     return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
 
 
+def deliveries_told(counts: Sequence[int]) -> str:
+    """How many deliveries arms have driven, in words."""
+    if min(counts) < max(counts):
+        return f"{min(counts)} to {max(counts)} deliveries"
+    return f"{counts[0]} deliveries each"
+
+
 def _told(width: float | None) -> str:
     if width is None:
         return "undefined"
@@ -308,11 +315,11 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
         )
     axes.set_xlabel("localization error, median over the deliveries [m]")
     axes.set_ylabel("contribution margin [USD/run]")
-    n = min(arm.result.episodes for arm, _, _ in shown)
+    told = deliveries_told([arm.result.episodes for arm, _, _ in shown])
     spans = ""
     if any(each.low is not None for _, *both in shown for each in both):
         spans = ", 95 % intervals"
-    axes.set_title(f"{stack}: n = {n} deliveries each{spans}", loc="left", fontsize=8)
+    axes.set_title(f"{stack}: n = {told}{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
 
