@@ -40,6 +40,27 @@ class Finished(Generic[Task, Result]):
     lost: tuple[str, ...] = ()  # why attempts were lost, whether or not another one gave a result
 
 
+@dataclass(frozen=True, slots=True)
+class _Outcome(Generic[Result]):
+    """What came of a task where it ran, in a form that every executor can send back."""
+
+    result: Result | None
+    error: str | None = None
+
+
+def _outcome(function: Callable[[Task], Result], task: Task) -> _Outcome[Result]:
+    """Do a task; what it raises becomes text, since not every exception can be unpickled."""
+    try:
+        return _Outcome(function(task))
+    except Exception as error:
+        return _Outcome(None, _told(error))
+
+
+def _told(error: BaseException) -> str:
+    """An error as a row has it."""
+    return f"{type(error).__name__}: {error}"
+
+
 def available_cores() -> int:
     """The cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -52,16 +73,16 @@ class _Slot:
         self._make_executor = make_executor
         self._executor: Executor | None = None
 
-    def submit(self, function: Callable[[Task], Result], task: Task) -> "Future[Result]":
+    def submit(self, function: Callable[[Task], Result], task: Task) -> "Future[_Outcome[Result]]":
         """Start a task; an executor that broke while it was idle is replaced first."""
         if self._executor is None:
             self._executor = self._make_executor()
         try:
-            return self._executor.submit(function, task)
+            return self._executor.submit(_outcome, function, task)
         except BrokenExecutor:
             self.discard()
             self._executor = self._make_executor()
-            return self._executor.submit(function, task)
+            return self._executor.submit(_outcome, function, task)
 
     @property
     def pid(self) -> int | None:
@@ -156,7 +177,7 @@ class Workers:
             until: [s] of the monotonic clock; then it ends, and what is running is stopped.
         """
         waiting = deque(_Attempt(task) for task in tasks)
-        running: dict[Future[Result], _Running[Task]] = {}
+        running: dict[Future[_Outcome[Result]], _Running[Task]] = {}
         try:
             while (waiting or running) and time.monotonic() < until:
                 while waiting and len(running) < self._most():
@@ -186,7 +207,9 @@ class Workers:
             return self._count
         return min(self._count, self._room())
 
-    def _ended(self, running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
+    def _ended(
+        self, running: "dict[Future[_Outcome[Result]], _Running[Task]]"
+    ) -> "list[Future[_Outcome[Result]]]":
         """Wait for what is done, overdue or silent; nothing, when it is time to look again."""
         if not running:
             time.sleep(LOOK)
@@ -196,7 +219,9 @@ class Workers:
         return list(done) or _overdue(running)
 
 
-def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Result]]":
+def _overdue(
+    running: "dict[Future[_Outcome[Result]], _Running[Task]]",
+) -> "list[Future[_Outcome[Result]]]":
     now = time.monotonic()
     # asks all of them
     silent = [future for future, each in running.items() if each.pulse.is_silent(each.slot.pid)]
@@ -204,7 +229,7 @@ def _overdue(running: "dict[Future[Result], _Running[Task]]") -> "list[Future[Re
 
 
 def _collect(
-    each: "_Running[Task]", future: "Future[Result]", time_limit: float
+    each: "_Running[Task]", future: "Future[_Outcome[Result]]", time_limit: float
 ) -> "Finished[Task, Result] | _Attempt[Task]":
     """What became of a task that is done or overdue: its end, or another attempt."""
     task, lost = each.attempt.task, each.attempt.lost
@@ -216,11 +241,12 @@ def _collect(
     else:
         error = future.exception()
         if error is None:
-            return Finished(task, future.result(), lost=lost)
+            outcome = future.result()
+            return Finished(task, outcome.result, outcome.error, lost)
         if isinstance(error, NoExecutorError):
             raise error
         if not isinstance(error, BrokenExecutor):
-            return Finished(task, None, f"{type(error).__name__}: {error}", lost)
+            return Finished(task, None, _told(error), lost)
         reason = each.slot.discard() or str(error) or "its executor broke"
     lost = (*lost, reason)
     if len(lost) < ATTEMPTS:

@@ -14,6 +14,7 @@ import pytest
 from harness.execution import silence
 from harness.execution.executors import InProcess, WorkerProcess
 from harness.execution.workers import NOTHING_DONE, Workers
+from navstack.errors import UnknownNameError
 
 EXECUTORS: dict[str, Callable[[], Executor]] = {
     "in_process": InProcess,
@@ -49,6 +50,18 @@ def check_doubles(workers: Workers) -> None:
 def test_results_and_errors(name: str) -> None:
     with Workers(2, EXECUTORS[name]) as workers:
         check_doubles(workers)
+
+
+def refuse(task: int) -> int:
+    """Raise what pickle can write and cannot read: its constructor takes other arguments."""
+    raise UnknownNameError("critic", "Foo", ["GoalDist"])
+
+
+def test_an_error_that_cannot_be_unpickled_is_the_tasks_own() -> None:
+    with Workers(1, partial(WorkerProcess, "fork")) as workers:
+        (finished,) = workers.run(refuse, [0])
+    assert finished.error == "UnknownNameError: unknown critic 'Foo'; known: GoalDist"
+    assert not finished.lost
 
 
 def test_an_executor_with_several_workers() -> None:
