@@ -16,7 +16,7 @@ from harness.storage.new_run import (
     TUNING,
     TUNING_DOCUMENT,
 )
-from harness.storage.parameters import parameter_folder
+from harness.storage.parameters import FOLDER, parameter_folder
 from harness.storage.rows import Row
 from harness.storage.run_folder import JOURNAL
 from harness.storage.texts import quoted
@@ -43,6 +43,24 @@ def other_study(folder: Path) -> tuple[str, str] | None:
         (known for mark, known in OTHER_STUDIES.items() if (parameters / mark).is_file()),
         None,
     )
+
+
+def require_study(folder: Path, mark: str) -> None:
+    """Check that a folder holds a study of one kind, given by its file of ``OTHER_STUDIES``.
+
+    Raises:
+        InputError: it holds another kind, or a run; the message names the command for that.
+    """
+    if (folder / FOLDER / mark).is_file():
+        return
+    wanted, _ = OTHER_STUDIES[mark]
+    kind = wanted.partition(" ")[2]
+    if other := other_study(folder):
+        found, command = other
+        way_on = f"it is {found}, so go on with navbench {command} --resume {quoted(folder)}"
+    else:
+        way_on = f"{FOLDER}/{mark} is missing; use navbench run --resume"
+    raise InputError(f"'{folder}' is no {kind}: {way_on}")
 
 
 def no_run(folder: Path) -> str | None:
@@ -145,7 +163,8 @@ def require_unchanged(path: Path) -> None:
     """
     if changed := changed_files(path, not (path / JOURNAL).exists()):
         way_on = f"go on with --resume {quoted(path)} --force, which marks the run as mixed"
-        if other_study(path):  # whose commands take no --force
+        marks = {f"{FOLDER}/{mark}" for mark in OTHER_STUDIES}
+        if other_study(path) or marks & {*changed}:  # whose commands take no --force
             way_on = "begin anew in another folder"
         raise InputError(
             f"run folder '{path}' was changed since it was written: {', '.join(changed[:3])}; "

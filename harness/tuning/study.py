@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.episode.files import nav2_parameters, prices_of
+from harness.storage.manifest_file import require_study
 from harness.storage.new_run import TUNING
 from harness.storage.texts import quoted
 from harness.task.study import EpisodeTask, Study
@@ -116,10 +117,7 @@ def load_tuning(
     Raises:
         InputError: the folder holds no such study, or a file of it cannot be used.
     """
-    if not (folder / "params" / TUNING).is_file():
-        raise InputError(
-            f"'{folder}' is no tuning study: params/{TUNING} is missing; use navbench run --resume"
-        )
+    require_study(folder, TUNING)
     declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
     fits = None
     if declaration.is_fitted:

@@ -20,7 +20,7 @@ from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.files import nearby
-from harness.storage.manifest_file import share_out
+from harness.storage.manifest_file import require_study, share_out
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
@@ -32,7 +32,6 @@ from navbench.api.driving import Driven, drive_folder, extend, say_notes
 from navbench.api.meetings.ablate import drive_arms, only_of_deliveries, require_arms
 from navbench.api.progress import say
 from navbench.api.report import today
-from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
@@ -143,12 +142,8 @@ def resume_ablation(
     where = where or Where()
     path = nearby(folder.resolve())  # a link may point elsewhere before the run ends
     study = load_study(path, where.workers)
-    stored = path / "params" / ABLATION
-    if not stored.is_file():
-        raise InputError(
-            f"'{path}' is no ablation: params/{ABLATION} is missing; use navbench run --resume"
-        )
-    declaration = load_dataclass(AblationDeclaration, stored)
+    require_study(path, ABLATION)
+    declaration = load_dataclass(AblationDeclaration, path / "params" / ABLATION)
     declaration = dataclasses.replace(
         declaration,
         against=against or declaration.against,

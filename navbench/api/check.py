@@ -32,7 +32,7 @@ from harness.report.short.check import MARKDOWN, check_markdown
 from harness.report.short.meetings import meetings_markdown
 from harness.storage.documents import write_file
 from harness.storage.files import require_writable
-from harness.storage.manifest_file import read_manifest
+from harness.storage.manifest_file import read_manifest, require_study
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
 from harness.storage.run_folder import RunFolder
 from harness.storage.texts import name_of
@@ -148,13 +148,9 @@ def resume_check(
     require_markdown(markdown)
     path = folder.resolve()  # a link may point elsewhere before the run ends
     read_manifest(path)
-    declared = path / "params" / CHECK
-    if not declared.is_file():
-        raise InputError(
-            f"'{path}' is no check: params/{CHECK} is missing; use navbench run --resume"
-        )
+    require_study(path, CHECK)
     say_notes(version_notes(path))
-    declaration = load_dataclass(CheckDeclaration, declared)
+    declaration = load_dataclass(CheckDeclaration, path / "params" / CHECK)
     return written(_driven(path, declaration, where or Where(), budget), markdown)
 
 

@@ -19,7 +19,7 @@ from harness.economics.prices import load_prices
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
 from harness.storage.files import LOCK
-from harness.storage.new_run import TUNING
+from harness.storage.new_run import ABLATION, TUNING
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
@@ -524,6 +524,17 @@ def test_a_folder_without_a_declaration_is_no_tuning_study(tmp_path: Path) -> No
     (tmp_path / "params").mkdir()
     (tmp_path / "params" / TUNING).write_text("speed: 3\n")
     with pytest.raises(InputError, match="unknown key 'speed'"):
+        load_tuning(tmp_path, nothing)
+
+
+def test_another_study_names_the_command_that_goes_on(tmp_path: Path) -> None:
+    nothing: Any = None
+    (tmp_path / "params").mkdir()
+    (tmp_path / "params" / ABLATION).touch()
+    said = (
+        f"is no tuning study: it is an ablation, so go on with navbench ablate --resume {tmp_path}"
+    )
+    with pytest.raises(InputError, match=said):
         load_tuning(tmp_path, nothing)
 
 
