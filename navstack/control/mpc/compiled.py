@@ -2,7 +2,8 @@
 
 The library's name is a hash of the generated source, the compiler and its flags, in the folder of
 :func:`~navstack.costmap.field_cache.cache_folder`. Any number of processes may start at once: each
-compiles into a file of its own and renames it, which replaces an equal one. A library is loaded
+compiles into a file of its own and renames it, which replaces an equal one. At its end a library
+has a CRC-32 of all before it: to load one that was cut off ends the process. A library is loaded
 only where it and its folder are this user's and nobody else can write them: else each process
 compiles for itself. Whatever goes wrong, there is no library, and CasADi's virtual machine runs the
 function instead.
@@ -16,6 +17,7 @@ import shutil
 import subprocess
 import tempfile
 import warnings
+import zlib
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from navstack.files import is_private
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 _LONGEST = 120.0  # [s] that a compiler may take
+_CHECK_BYTES = 4  # of the CRC-32, little endian
 _EXTENSION = ".so"  # what CasADi's loader takes on Linux and macOS alike
 
 
@@ -88,12 +91,22 @@ def _own_folder(instead_of: Path) -> Path:
 
 
 def _load(name: str, library: Path) -> ca.Function | None:
-    if not is_private(library):
+    if not is_private(library) or not _is_whole(library):
         return None
     try:
         return ca.external(name, str(library))
-    except RuntimeError:  # damaged, or of another machine
+    except RuntimeError:  # of another machine
         return None
+
+
+def _is_whole(library: Path) -> bool:
+    """Whether a library is as it was written."""
+    try:
+        content = library.read_bytes()
+    except OSError:
+        return False
+    code, check = content[:-_CHECK_BYTES], content[-_CHECK_BYTES:]
+    return zlib.crc32(code).to_bytes(_CHECK_BYTES, "little") == check
 
 
 def _compile(compiler: str, source: str, library: Path) -> bool:
@@ -105,6 +118,9 @@ def _compile(compiler: str, source: str, library: Path) -> bool:
             text.write_text(source, encoding="utf-8")
             command = [compiler, *_FLAGS, "-o", str(partial), str(text), "-lm"]
             subprocess.run(command, check=True, capture_output=True, timeout=_LONGEST)
+            check = zlib.crc32(partial.read_bytes())
+            with partial.open("ab") as file:
+                file.write(check.to_bytes(_CHECK_BYTES, "little"))
             partial.chmod(0o700)  # whatever the umask lets others do
             os.replace(partial, library)
     except (OSError, subprocess.SubprocessError):

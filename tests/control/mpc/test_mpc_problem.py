@@ -228,14 +228,16 @@ def test_it_runs_the_same_without_a_compiler(monkeypatch):
 
 
 @needs_compiler
-def test_a_damaged_library_is_compiled_anew(tmp_path, monkeypatch):
+@pytest.mark.parametrize("kept", [0, 1000, -1])  # [bytes]
+def test_a_damaged_library_is_compiled_anew(tmp_path, monkeypatch, kept):
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path))
     x = ca.SX.sym("x")
     square = ca.Function("square", [x], [x * x])
     assert float(compiler.compiled(square)(3.0)) == 9.0
     (library,) = tmp_path.glob("*.so")
+    content = library.read_bytes()
     library.unlink()  # not overwritten in place: this process has it mapped
-    library.write_bytes(b"no library")
+    library.write_bytes(content[:kept])
     assert float(compiler.compiled(square)(4.0)) == 16.0
     monkeypatch.setattr(compiler, "find_compiler", lambda: "/nowhere/cc")
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "other"))
