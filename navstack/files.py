@@ -3,7 +3,10 @@
 import errno
 import os
 import stat
+import zlib
 from pathlib import Path
+
+CHECK_BYTES = 4  # of a CRC-32, little endian
 
 
 def check_regular(path: Path, most: int) -> None:
@@ -26,6 +29,21 @@ def check_regular(path: Path, most: int) -> None:
         raise OSError(errno.EINVAL, "a pipe or a device, not a file")
     if status.st_size > most:
         raise OSError(errno.EFBIG, f"{status.st_size} bytes, at most {most} are read")
+
+
+def check_of(content: bytes) -> bytes:
+    """What stands at the end of a file that :func:`is_whole` may be asked about."""
+    return zlib.crc32(content).to_bytes(CHECK_BYTES, "little")
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file is as it was written: it ends with the CRC-32 of all before it."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
+    before, check = content[:-CHECK_BYTES], content[-CHECK_BYTES:]
+    return bool(before) and check == check_of(before)
 
 
 def is_private(path: Path) -> bool:

@@ -24,6 +24,7 @@ from numba import types
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 
 from navstack.dispatch import LEVEL, LEVEL_NEEDS
+from navstack.kernel_cache import CheckedCacheFile
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
@@ -66,13 +67,24 @@ def njit(ahead: bool = False, **options: Any) -> Callable[[Kernel], Kernel]:
             kernel: Any = decorate(function)
         finally:
             config.CACHE_LOCATOR_CLASSES = before
-        file = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-        if file:  # numba reads no index of another version, whose types may be gone by now
-            file._version = (file._version, file._source_stamp)
+        _check_cache(getattr(kernel, "_cache", None))
         kernel.ahead = ahead
         return cast(Kernel, kernel)
 
     return compiled
+
+
+def _check_cache(cache: Any) -> None:
+    """Let a kernel's cache on disk check what it reads; a kernel may have none."""
+    before = getattr(cache, "_cache_file", None)
+    if before is None:
+        return
+    stamp = before._source_stamp
+    make: Any = CheckedCacheFile  # untyped
+    file = make(cache.cache_path, cache._impl.filename_base, stamp)
+    # numba reads no index of another version, whose types may be gone by now
+    file._version = (before._version, stamp)
+    cache._cache_file = file
 
 
 def argument_types(kernel: Any) -> tuple[types.Type, ...]:

@@ -106,6 +106,14 @@ def test_compiled_code_for_types_that_are_gone_is_dropped(package: Path) -> None
     assert answer(package) == (10, 0)
 
 
+def test_damaged_code_is_compiled_anew(package: Path) -> None:
+    answer(package)
+    for file in (package.parent / "cache").rglob("*.nb?"):
+        file.write_bytes(file.read_bytes()[:-9])
+    assert answer(package) == (21, 0)
+    assert answer(package) == (21, 1)
+
+
 def test_compiled_code_moves_with_its_sources(package: Path, tmp_path: Path) -> None:
     assert answer(package, NUMBA_CACHE_DIR="") == (21, 0)
     moved = tmp_path / "elsewhere" / "robot_kernels"

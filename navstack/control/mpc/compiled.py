@@ -17,7 +17,6 @@ import shutil
 import subprocess
 import tempfile
 import warnings
-import zlib
 from functools import cache
 from pathlib import Path
 
@@ -25,11 +24,10 @@ import casadi as ca
 
 from navstack.costmap.field_cache import cache_folder, content_key
 from navstack.errors import NavstackWarning
-from navstack.files import is_private
+from navstack.files import check_of, is_private, is_whole
 
 _FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=off")
 _LONGEST = 120.0  # [s] that a compiler may take
-_CHECK_BYTES = 4  # of the CRC-32, little endian
 _EXTENSION = ".so"  # what CasADi's loader takes on Linux and macOS alike
 
 
@@ -91,22 +89,12 @@ def _own_folder(instead_of: Path) -> Path:
 
 
 def _load(name: str, library: Path) -> ca.Function | None:
-    if not is_private(library) or not _is_whole(library):
+    if not is_private(library) or not is_whole(library):
         return None
     try:
         return ca.external(name, str(library))
     except RuntimeError:  # of another machine
         return None
-
-
-def _is_whole(library: Path) -> bool:
-    """Whether a library is as it was written."""
-    try:
-        content = library.read_bytes()
-    except OSError:
-        return False
-    code, check = content[:-_CHECK_BYTES], content[-_CHECK_BYTES:]
-    return zlib.crc32(code).to_bytes(_CHECK_BYTES, "little") == check
 
 
 def _compile(compiler: str, source: str, library: Path) -> bool:
@@ -118,9 +106,9 @@ def _compile(compiler: str, source: str, library: Path) -> bool:
             text.write_text(source, encoding="utf-8")
             command = [compiler, *_FLAGS, "-o", str(partial), str(text), "-lm"]
             subprocess.run(command, check=True, capture_output=True, timeout=_LONGEST)
-            check = zlib.crc32(partial.read_bytes())
+            check = check_of(partial.read_bytes())
             with partial.open("ab") as file:
-                file.write(check.to_bytes(_CHECK_BYTES, "little"))
+                file.write(check)
             partial.chmod(0o700)  # whatever the umask lets others do
             os.replace(partial, library)
     except (OSError, subprocess.SubprocessError):
