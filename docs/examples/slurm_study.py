@@ -38,6 +38,7 @@ def make_cluster(cluster_class: Any, per_job: int, **options: Any) -> Any:
         memory=f"{MEMORY * per_job:g}GB",
         nanny=True,
         python=sys.executable,
+        worker_extra_args=["--preload-nanny", "navbench"],  # it sets up their arithmetic
         **options,
     )
 

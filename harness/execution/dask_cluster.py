@@ -20,7 +20,7 @@ from distributed.versions import VersionMismatchWarning
 
 from harness.execution.dask_calls import Heartbeats, Outcome, Worker, WorkerLostError, guarded
 from harness.execution.executors import Place
-from harness.execution.worker_check import Look, look, trouble
+from harness.execution.worker_check import PRELOAD, Look, look, trouble
 from harness.execution.workers import LOOK, NoExecutorError
 
 CONNECT = 15.0  # [s] within which a scheduler answers
@@ -177,7 +177,8 @@ class DaskCluster:
     def _without_workers(self) -> str:
         return (
             f"the Dask cluster at '{self._scheduler}' has had no worker that fits for "
-            f"{PATIENCE:g} s; start some with 'dask worker {self._scheduler} --nthreads 1'"
+            f"{PATIENCE:g} s; start some with 'dask worker {self._scheduler} {PRELOAD} "
+            "--nthreads 1'"
         )
 
     def _fail(self, reason: str) -> None:

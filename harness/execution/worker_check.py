@@ -20,6 +20,7 @@ from harness.storage.shipped import keep_compiled_code, shipped
 from navstack.dispatch import PINS
 
 PACKAGES = ("navstack", "harness")  # of this project
+PRELOAD = "--preload-nanny navbench"  # sets up the arithmetic of the workers that a nanny starts
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +89,7 @@ def trouble(here: Look, there: Look) -> str:
         settings = " ".join(f"{name}='{value}'" for name, value in PINS.items())
         return (
             f"computes otherwise ({names}), so rows would differ in last bits: start its workers "
-            f"with {settings} in their environment, and with the same C library"
+            f"with {PRELOAD}, or with {settings} in their environment, and with the same C library"
         )
     if there.project != here.project:
         return (

@@ -137,6 +137,7 @@ def test_slurm_jobs_have_workers_of_one_thread() -> None:
     for line in ("-p long", "-A robots", "-n 1", "--cpus-per-task=16", "--mem=45G", "-t 4:00:00"):
         assert f"#SBATCH {line}\n" in script
     assert "--nthreads 1" in script and "--nworkers 16" in script and "--nanny" in script
+    assert "--preload-nanny navbench" in script
     assert f"{sys.executable} -m distributed.cli.dask_worker" in script
 
 

@@ -5,6 +5,8 @@ What cannot be used is refused in one line.
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -21,6 +23,7 @@ from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navbench.cli.app import main
+from navstack.dispatch import PINS, is_pinnable
 from tests.rules import short_rules
 
 dask = pytest.importorskip("dask", reason="the package dask (extra 'dask') is not installed")
@@ -52,6 +55,32 @@ def start_cluster(workers: int, threads: int = 1) -> Any:
         memory_limit=0,
         silence_logs=False,
     )
+
+
+PRELOADED = """
+import os
+from distributed import Client, LocalCluster
+with (
+    LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0",
+                 preload_nanny=["navbench"]) as cluster,
+    Client(cluster) as client,
+):
+    (found,) = client.run(lambda: os.environ.get("OPENBLAS_CORETYPE")).values()
+    print(found)
+"""
+
+
+def test_a_preloaded_nanny_sets_up_its_workers() -> None:
+    plain = {name: value for name, value in os.environ.items() if name not in PINS}
+    done = subprocess.run(
+        [sys.executable, "-c", PRELOADED],
+        env={**plain, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    expected = PINS["OPENBLAS_CORETYPE"] if is_pinnable() else None
+    assert done.stdout.split() == [str(expected)]
 
 
 @pytest.fixture(scope="module")
