@@ -13,7 +13,7 @@ from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.clock import Clock
 from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
-from harness.recorded.mountings import BASE_FRAMES, Mountings, frame_name
+from harness.recorded.mountings import BASE_FRAMES, Mountings, frame_name, sensor_frame
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import (
     COMMAND_TYPES,
@@ -187,7 +187,7 @@ def _one_frame(bag: Bag, topic: str) -> str | None:
 def _is_mounted(bag: Bag, topic: str, mountings: Mountings, bases: Sequence[str]) -> bool:
     """Whether the log or the user says where the lidar is."""
     for _, message in first_messages(bag, topic, 1):
-        frame = frame_name(message.header.frame_id)
+        frame = sensor_frame(SCAN, message.header.frame_id)
         return mountings.find_from_any(bases, frame) is not None
     return False
 

@@ -83,13 +83,11 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
     quaternion is none. A base that the orientation shows on a slope turns about the vertical, and
     its accelerations are without gravity, where the unit's have it (REP 145).
     """
-    rate, force = message.angular_velocity, message.linear_acceleration
-    turns = mounting.rotation @ (rate.x, rate.y, rate.z)
-    pushes = mounting.rotation @ (force.x, force.y, force.z)
-    if not _within(_FASTEST, *turns.tolist()):
+    rate = message.angular_velocity
+    if not _within(_FASTEST, rate.x, rate.y, rate.z):
         return None
-    if not _within(_FASTEST, *pushes.tolist()):
-        pushes = np.zeros(3)
+    turns = mounting.rotation @ (rate.x, rate.y, rate.z)
+    pushes = mounting.rotation @ (specific_force(message) or (0.0, 0.0, 0.0))
     yaw, yaw_std, up = math.nan, 0.0, np.array((0.0, 0.0, 1.0))
     turn = _turn(message.orientation)
     if turn is not None and message.orientation_covariance[0] != -1.0:
@@ -112,6 +110,14 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
         rate_std,
         -math.asin(up[0]),
     )
+
+
+def specific_force(message: Any) -> tuple[float, float, float] | None:
+    """What an accelerometer feels along its own axes, in [m/s2]; None: not numbers."""
+    force = message.linear_acceleration
+    if not _within(_FASTEST, force.x, force.y, force.z):
+        return None
+    return float(force.x), float(force.y), float(force.z)
 
 
 def _upright(up: FloatArray) -> FloatArray:
@@ -152,10 +158,10 @@ def gps_fix(
     cos, sin = math.cos(yaw), math.sin(yaw)
     x = place[0] - cos * float(lever[0]) + sin * float(lever[1])
     y = place[1] - sin * float(lever[0]) - cos * float(lever[1])
-    covariance = np.asarray(message.position_covariance, dtype=np.float64)
     deviation = 0.0
     if message.position_covariance_type != _UNKNOWN_COVARIANCE:
-        deviation = _deviation((covariance[0] + covariance[4]) / 2.0)
+        east, north = (float(message.position_covariance[i]) for i in (0, 4))
+        deviation = _deviation((east + north) / 2.0)
     return GpsFix(stamp, x, y, deviation)
 
 
@@ -191,7 +197,7 @@ def _deviation(variance: float) -> float:
 
 def _deviation_about_z(covariance: FloatArray, mounting: Transform) -> float:
     """The deviation about the base's z axis of a covariance (9,) about the sensor's axes."""
-    if covariance[0] == -1.0:
+    if covariance[0] == -1.0 or not np.isfinite(covariance).all():
         return 0.0
     up = mounting.rotation[2]
     return _deviation(float(up @ np.reshape(covariance, (3, 3)) @ up))

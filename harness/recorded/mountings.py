@@ -152,6 +152,16 @@ def frame_name(name: str) -> str:
     return printable(name.strip().lstrip("/"))
 
 
+def sensor_frame(kind: str, name: str) -> str:
+    """The frame that messages of a type name; the type's own name where they name none."""
+    return frame_name(name) or type_name(kind)
+
+
+def type_name(kind: str) -> str:
+    """The name of a type of messages without its package: ``LaserScan``."""
+    return kind.rsplit("/", 1)[-1]
+
+
 def parse_transform(text: str) -> tuple[str, str, Transform]:
     """Parent, child and transform as a user gives them.
 

@@ -10,7 +10,15 @@ import numpy as np
 from harness.recorded import messages
 from harness.recorded.clock import Clock
 from harness.recorded.consistency import Consistency
-from harness.recorded.mountings import BASE_FRAMES, IDENTITY, Mountings, Transform, frame_name
+from harness.recorded.mountings import (
+    BASE_FRAMES,
+    IDENTITY,
+    Mountings,
+    Transform,
+    frame_name,
+    sensor_frame,
+    type_name,
+)
 from harness.recorded.moving_frame import Edge, Motion, MovingFrame
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORM_TYPES
 from navstack.errors import InputError
@@ -20,6 +28,7 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
 
 # of a laser's plane, beyond which it is worth a word that it is taken as level
 _SLANTED = math.radians(10.0)
+_STORED = 100  # fixes of its last place that a receiver may begin with
 _WEIGHED = 100  # messages of an inertial unit whose mean gives the vertical
 _GRAVITY = (7.0, 12.5)  # [m/s2] norm of a mean that is gravity
 _ONE_G, _VERTICAL = (0.8, 1.2), 0.9  # of a mean in g in place of m/s2, and its share along z
@@ -61,7 +70,8 @@ class Receiver:
         else:
             self._bases = [frame_name(name) for name in (odometry_frame, *BASE_FRAMES) if name]
         self._frame, self._shift = frame, Pose2D()
-        self._heading, self._has_fix = heading, False
+        self._heading, self._is_datum_given = heading, frame is not None
+        self._near = self._far = 0  # fixes about the datum; those elsewhere since
         self._motion, self._has_twist = Motion(), has_twist
         self._moving: MovingFrame | None = None
         if edge is not None:
@@ -135,7 +145,7 @@ class Receiver:
             for topic, count in clock.replaced.items()
         ]
         found += [
-            f"{count} messages of {kind.rsplit('/', 1)[-1]} hold nothing usable; left out"
+            f"{count} messages of {type_name(kind)} hold nothing usable; left out"
             for kind, count in self.left_out.items()
         ]
         return found + self.consistency.doubts()
@@ -153,41 +163,72 @@ class Receiver:
         if coordinates is None:
             return None
         lever = self._mounting(FIX, message.header.frame_id).translation
+        antenna = transform_points(believed, lever[None, :2])[0]
         if self._frame is None:
-            self._frame = LocalFrame(*coordinates, self._heading)
-            antenna = transform_points(believed, lever[None, :2])[0]
-            self._shift = Pose2D(float(antenna[0]), float(antenna[1]))
+            self._place_datum(coordinates, antenna)
+        place = self._in_frame(coordinates)
+        if place is None and self._begins_elsewhere():
+            self._say(
+                f"fixes jump by more than 100 km after the first {self._near}: those that follow "
+                "are placed where the robot is believed to be"
+            )
+            self._place_datum(coordinates, antenna)
+            place = self._in_frame(coordinates)
+        if place is None:
+            return None
+        x, y = place[0] + self._shift.x, place[1] + self._shift.y
+        return messages.gps_fix(message, stamp, (x, y), lever, believed.yaw)
+
+    def _place_datum(self, coordinates: tuple[float, float], antenna: FloatArray) -> None:
+        """Let a fix be where the antenna (2,) [m] is believed to be."""
+        self._frame = LocalFrame(*coordinates, self._heading)
+        self._shift = Pose2D(float(antenna[0]), float(antenna[1]))
+        self._near = self._far = 0
+
+    def _in_frame(self, coordinates: tuple[float, float]) -> tuple[float, float] | None:
+        """The place [m] of a fix about the datum; None: it is of a receiver that is lost.
+
+        Raises:
+            InputError: it is far from the datum, and none was near before.
+        """
+        assert self._frame is not None
         try:
-            x, y = self._frame.to_local(*coordinates)
+            place = self._frame.to_local(*coordinates)
         except InputError:
-            if not self._has_fix:
+            if self._near == 0:
                 raise
-            return None  # one of a receiver that has lost its satellites
-        self._has_fix = True
-        place = (x + self._shift.x, y + self._shift.y)
-        return messages.gps_fix(message, stamp, place, lever, believed.yaw)
+            self._far += 1
+            return None
+        self._near, self._far = self._near + 1, 0
+        return place
+
+    def _begins_elsewhere(self) -> bool:
+        """Whether the log began at another place, with no more fixes than are elsewhere now."""
+        return not self._is_datum_given and self._near <= min(self._far, _STORED)
 
     def _mounting(self, kind: str, frame: str) -> Transform:
         """Where a sensor is on the robot."""
         key = (kind, frame)
         if key not in self._mounted:
-            self._mounted[key] = self._look_up(kind, frame_name(frame))
+            self._mounted[key] = self._look_up(kind, frame)
         return self._mounted[key]
 
-    def _look_up(self, kind: str, frame: str) -> Transform:
-        if not frame and kind == ODOMETRY:
+    def _look_up(self, kind: str, name: str) -> Transform:
+        if kind == ODOMETRY and not frame_name(name):
             return IDENTITY  # many drivers leave it out
+        frame = sensor_frame(kind, name)
         if frame == self._bases[0]:
             return IDENTITY
         found = self._mountings.find_from_any(self._bases, frame)
         if found is None and frame in self._bases:
             return IDENTITY
         if found is None:
+            which = f"the frame of {type_name(kind)}, which names none,"
+            if frame_name(name):
+                which = f"frame '{frame}' of {type_name(kind)}"
             self._say(
-                f"nobody says where frame '{frame}' of {kind.rsplit('/', 1)[-1]} is on "
-                f"{self._bases[0]}: taken to be "
-                f"there, not turned; give --static-tf '{self._bases[0]} {frame or 'FRAME'} x y z "
-                "roll pitch yaw'"
+                f"nobody says where {which} is on {self._bases[0]}: taken to be there, not turned; "
+                f"give --static-tf '{self._bases[0]} {frame} x y z roll pitch yaw'"
             )
             return IDENTITY
         transform, moves = found
@@ -204,24 +245,27 @@ class Receiver:
         """Warn of a mounting in which gravity does not point up, and of other units than m/s2."""
         if len(self._forces) >= _WEIGHED:
             return
-        force = message.linear_acceleration
-        self._forces.append(mounting.rotation @ (force.x, force.y, force.z))
+        force = messages.specific_force(message)
+        if force is None:
+            return
+        self._forces.append(mounting.rotation @ force)
         if len(self._forces) < _WEIGHED:
             return
         mean: FloatArray = np.mean(self._forces, axis=0)
         norm = float(np.linalg.norm(mean))
+        frame = sensor_frame(IMU, message.header.frame_id)
         if _GRAVITY[0] < norm < _GRAVITY[1] and (angle := math.acos(mean[2] / norm)) > _UPRIGHT:
             self.doubt = (
                 f"gravity is {math.degrees(angle):.0f} degrees off the vertical in frame "
-                f"'{message.header.frame_id}': its mounting is wrong or missing; "
+                f"'{frame}': its mounting is wrong or missing; "
                 f"{_upright(mounting.rotation.T @ mean)}"
             )
             self._say(f"{self.doubt}, and so will the headings be; see --static-tf")
         is_vertical = abs(mean[2]) > _VERTICAL * norm
         if norm > _GRAVITY[1] or (is_vertical and _ONE_G[0] < norm < _ONE_G[1]):
             self._say(
-                f"the accelerations in frame '{message.header.frame_id}' begin with {norm:.3g} "
-                "m/s2, where gravity has 9.8; they have to be in m/s2"
+                f"the accelerations in frame '{frame}' begin with {norm:.3g} m/s2, where gravity "
+                "has 9.8; they have to be in m/s2"
             )
 
 

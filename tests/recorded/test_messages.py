@@ -2,7 +2,6 @@
 
 import math
 import re
-from types import SimpleNamespace as Plain
 
 import numpy as np
 import pytest
@@ -14,16 +13,10 @@ from harness.recorded.clock import Clock
 from harness.recorded.mountings import IDENTITY, Mountings, Transform, from_angles
 from harness.recorded.receiver import Receiver, _upright
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS, decode
-from navstack.localization.geodesy import LocalFrame
 from navstack.types import Pose2D
 
 from . import writing
-
-
-def ros(entry: writing.Entry, encoding: str = "cdr") -> Plain:
-    """The message as it comes out of a bag."""
-    topic = Topic(entry.topic, entry.type, encoding)
-    return decode(Message(topic, entry.stamp, writing.content(entry, encoding == "ros1")))
+from .writing import ros
 
 
 def ends(scan) -> np.ndarray:
@@ -124,6 +117,25 @@ def test_covariances_that_are_not_stated_are_no_deviation():
     assert (imu.yaw_std, imu.yaw_rate_std) == (0.0, 0.0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_infinite_numbers_leave_no_warnings():
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields |= {
+        "linear_acceleration": {"x": math.inf, "z": 9.8},
+        "orientation_covariance": [math.inf] * 9,
+        "angular_velocity_covariance": [math.inf] * 9,
+    }
+    receiver = Receiver(Mountings(), None, "imu_link", None, 0.0, lambda _: None)
+    imu = receiver.convert(IMU, ros(entry), 0.0, Pose2D())
+    assert (imu.yaw_std, imu.yaw_rate_std, imu.linear_acceleration_x) == (0.0, 0.0, 0.0)
+    assert imu.angular_velocity_z == pytest.approx(0.1)
+    entry.fields["angular_velocity"] = {"x": math.inf, "z": 0.1}
+    assert receiver.convert(IMU, ros(entry), 0.0, Pose2D()) is None
+    fix = writing.fix(0.0, 1.0, 2.0)
+    fix.fields["position_covariance"] = np.array([math.inf, 0, 0, 0, -math.inf, 0, 0, 0, 0])
+    assert receiver.convert(FIX, ros(fix), 0.0, Pose2D()).position_std == 0.0
+
+
 def test_odometry_of_another_frame_is_taken_to_the_base():
     child = Transform(from_angles(0.0, 0.0, math.pi / 2), np.array((0.5, 0.2, 0.0)))
     # The base stands at (1, 2), turned by 0.3 rad, and drives 1 m/s while turning 0.4 rad/s.
@@ -185,53 +197,6 @@ def test_odometry_of_tf_is_taken_to_the_base_frame():
     assert not said
 
 
-def test_fixes_are_metres_of_the_base_from_the_antenna():
-    said: list[str] = []
-    mountings = Mountings()
-    mountings.give("base_link gps 1.0 0 0")
-    frame = LocalFrame(*writing.DATUM)
-    receiver = Receiver(mountings, None, "base_link", frame, 0.0, said.append)
-    fix = receiver.convert(
-        FIX, ros(writing.fix(1.0, 30.0, -10.0, std=0.7)), 1.0, Pose2D(0.0, 0.0, math.pi / 2)
-    )
-    # a sphere's metres against the ellipsoid's
-    assert (fix.x, fix.y) == pytest.approx((30.0, -11.0), abs=0.2)
-    assert fix.position_std == pytest.approx(0.7) and not said
-
-
-def test_the_first_fix_stands_where_the_robot_starts():
-    receiver = Receiver(Mountings(), None, None, None, 0.0, lambda _: None)
-    first = receiver.convert(FIX, ros(writing.fix(0.0, 500.0, 900.0)), 0.0, Pose2D(3.0, 4.0, 1.0))
-    assert (first.x, first.y) == pytest.approx((3.0, 4.0), abs=1e-6)
-    second = receiver.convert(FIX, ros(writing.fix(1.0, 510.0, 900.0)), 1.0, Pose2D(3.0, 4.0, 1.0))
-    assert (second.x, second.y) == pytest.approx((13.0, 4.0), abs=0.1)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"status": {"status": -1}},
-        {"latitude": math.nan},
-        {"latitude": 0.0, "longitude": 0.0},
-        {"latitude": 91.0},
-    ],
-)
-def test_no_fix_is_left_out(changes):
-    entry = writing.fix(0.0, 1.0, 2.0)
-    entry.fields |= changes
-    assert messages.coordinates(ros(entry)) is None
-
-
-@pytest.mark.parametrize(
-    "unknown",
-    [{"position_covariance_type": 0}, {"position_covariance": np.full(9, math.ulp(0.0))}],
-)
-def test_an_unknown_covariance_is_no_deviation(unknown):
-    entry = writing.fix(0.0, 1.0, 2.0)
-    entry.fields |= unknown
-    assert messages.gps_fix(ros(entry), 0.0, (1.0, 2.0), np.zeros(3), 0.0).position_std == 0.0
-
-
 @pytest.mark.parametrize(
     "mounting", [IDENTITY, Transform(from_angles(0.3, -0.2, 1.0), np.zeros(3))]
 )
@@ -278,6 +243,20 @@ def test_an_unknown_mounting_is_said_once_and_gravity_tells_a_wrong_one():
         receiver.convert(IMU, ros(entry), 0.0, Pose2D())
     assert len(said) == 2 and "'imu_link'" in said[0] and "base_link imu_link x y z roll" in said[0]
     assert "gravity is 90 degrees off" in said[1]
+
+
+def test_a_sensor_that_names_no_frame_is_mounted_by_the_name_of_its_type():
+    said: list[str] = []
+    entry = writing.scan(0.0, [1.0] * 5, 0.0, 0.1)
+    entry.frame = ""
+    receiver = Receiver(Mountings(), None, "base_link", None, 0.0, said.append)
+    receiver.convert(SCAN, ros(entry), 0.0, Pose2D())
+    advice = re.search("--static-tf '(.*) x y z roll pitch yaw'", said[0])
+    mountings = Mountings()
+    mountings.give(f"{advice[1]} 0.3 0 0 0 0 0.2")
+    receiver = Receiver(mountings, None, "base_link", None, 0.0, said.append)
+    scan = receiver.convert(SCAN, ros(entry), 0.0, Pose2D())
+    assert scan.sensor_pose == Pose2D(0.3, 0.0, pytest.approx(0.2)) and len(said) == 1
 
 
 @pytest.mark.parametrize(("force", "is_odd"), [(9.8, False), (1.0, True), (980.0, True)])

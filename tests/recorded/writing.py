@@ -13,7 +13,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, SCAN, TRANSFORMS
+from harness.recorded.bag import Message
+from harness.recorded.bag_file import Topic
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE, SCAN, TRANSFORMS, decode
 from harness.recorded.start import static_map
 from harness.world.sensors.lidar import Lidar, LidarParams, SelfFilter
 from navstack.geometry import compose
@@ -120,6 +122,12 @@ def content(entry: Entry, is_ros1: bool) -> bytes:
         else store.serialize_cdr(message, entry.type)
     )
     return bytes(raw)
+
+
+def ros(entry: Entry, encoding: str = "cdr") -> Any:
+    """The message as it comes out of a bag."""
+    topic = Topic(entry.topic, entry.type, encoding)
+    return decode(Message(topic, entry.stamp, content(entry, encoding == "ros1")))
 
 
 def header(stamp: float, frame: str) -> dict[str, Any]:
