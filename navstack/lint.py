@@ -22,6 +22,7 @@ from navstack.params.nav2_file.findings import Notice, is_told
 from navstack.params.nav2_file.nodes import COSTMAPS
 from navstack.params.nav2_file.release import release_notices
 from navstack.params.nav2_file.ros_yaml import ParameterEntry
+from navstack.params.nav2_file.values import KINDS
 from navstack.params.nav2_file.views import Mask, read_costmap, read_masks
 from navstack.types import Pose2D
 
@@ -37,6 +38,7 @@ PARTS = (
     ("local_costmap", "local_costmap"),
     ("global_costmap", "global_costmap"),
 )
+NUMBERS = (KINDS[float], KINDS[int])  # end what is said of a value that should be a number
 OFFER = "drive with another one by "  # of a plugin that is not available
 _MAP = OccupancyGrid(np.full((200, 200), FREE, dtype=np.int8), 0.05, Pose2D(-5.0, -5.0, 0.0))
 
@@ -48,7 +50,9 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
         nav2: the file; it may have errors: rules that need what cannot be read find nothing.
         limits: the robot's body, to hold the file against; None: not asked for.
     """
-    found = list(rule_notices(Subject(nav2, limits, list(_speed_masks(nav2)))))
+    no_numbers = {each.path for each in nav2.notices if each.message.endswith(NUMBERS)}
+    rules = rule_notices(Subject(nav2, limits, list(_speed_masks(nav2))))
+    found = [notice for notice in rules if notice.path not in no_numbers]
     notices = [*_with_refusals(nav2, found), *found, *release_notices(nav2.names)]
     return tuple(sorted(notices, key=lambda notice: (not notice.is_error, notice.line)))
 

@@ -197,7 +197,7 @@ def unreached_threshold(subject: Subject, view: CostmapView) -> Iterator[Finding
     for layer in view.layers:
         marking = [name for name, source in layer.sources.items() if source.marking]
         kinds = {
-            subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan")
+            str(subject.value(view.node, f"{layer.name}.{name}.data_type", "LaserScan"))
             for name in marking
         }
         threshold = subject.number(view.node, f"{layer.name}.mark_threshold", 0.0)

@@ -46,7 +46,11 @@ from navstack.params.nav2_file.ros_yaml import (
     load_document,
     parse_document,
 )
-from navstack.params.nav2_file.sources import monitor_notices, source_notices
+from navstack.params.nav2_file.sources import (
+    data_type_notices,
+    monitor_notices,
+    source_notices,
+)
 from navstack.params.nav2_file.values import read_values, value_notices
 from navstack.params.registry import nodes
 from navstack.params.registry.block import ParameterBlock
@@ -301,6 +305,7 @@ def _notices(
         *footprint_notices(parameters),
         *monitor_notices(parameters),
         *source_notices(parameters),
+        *data_type_notices(parameters),
     ]
     for node, entries in parameters.items():
         notices += value_notices(node, entries, found[node].visits)

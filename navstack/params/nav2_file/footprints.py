@@ -24,11 +24,11 @@ def footprint_notices(parameters: Parameters) -> list[Notice]:
         if is_unreadable(text):
             radius = value_of(entries, "robot_radius", CostmapParams().robot_radius)
             message = (
-                f"'{text}' is not a list of at least three [x, y] pairs; Nav2 warns and takes "
+                f"{text!r} is not a list of at least three [x, y] pairs; Nav2 warns and takes "
                 f"robot_radius, {radius} m"
             )
             notices.append(Notice("unreadable-footprint", path, message, _ADVICE, line))
         elif crosses_itself(robot_footprint(CostmapParams(footprint=text))):
-            message = f"'{text}' crosses itself; Nav2 takes it, and tests edges inside the robot"
+            message = f"{text!r} crosses itself; Nav2 takes it, and tests edges inside the robot"
             notices.append(Notice("crossed-footprint", path, message, _IN_ORDER, line))
     return notices

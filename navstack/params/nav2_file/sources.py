@@ -1,14 +1,22 @@
 """Observation sources that read the robot's one planar scan in place of a sensor of their own."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
+from navstack.errors import did_you_mean
 from navstack.params.collision_monitor import OTHER_SOURCES
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Parameters, names_of, value_of
 from navstack.params.nav2_file.nodes import COSTMAPS, MONITOR
+from navstack.params.nav2_file.ros_yaml import is_placeholder
 from navstack.params.registry.nodes import DEFAULT_LAYERS
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer has a notice of its own
+LAYERS_WITH_SOURCES = (
+    OBSTACLE_LAYER,
+    "nav2_costmap_2d::VoxelLayer",
+    "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
+)
+DATA_TYPES = ("LaserScan", "PointCloud2")  # others Nav2 refuses (``obstacle_layer.cpp``)
 
 
 def source_notices(parameters: Parameters) -> list[Notice]:
@@ -17,7 +25,7 @@ def source_notices(parameters: Parameters) -> list[Notice]:
     Topics without a leading slash.
     """
     first, notices = "", []
-    for node, layer, name in _sources(parameters):
+    for node, layer, name in _sources(parameters, (OBSTACLE_LAYER,)):
         entries, source = parameters[node], f"{layer}.{name}"
         topic = str(value_of(entries, f"{source}.topic", name)).lstrip("/")
         if value_of(entries, f"{source}.data_type", "LaserScan") == "PointCloud2":
@@ -36,13 +44,29 @@ def source_notices(parameters: Parameters) -> list[Notice]:
     return notices
 
 
-def _sources(parameters: Parameters) -> Iterator[tuple[str, str, str]]:
-    """Costmap, layer and name of each source of an enabled obstacle layer."""
+def data_type_notices(parameters: Parameters) -> list[Notice]:
+    """Sources of a type with which Nav2 does not start."""
+    notices = []
+    for node, layer, name in _sources(parameters, LAYERS_WITH_SOURCES):
+        key = f"{layer}.{name}.data_type"
+        entry = parameters[node].get(key)
+        if entry is None or entry.value in DATA_TYPES or is_placeholder(entry.value):
+            continue
+        message = (
+            f"{entry.value!r} is neither {' nor '.join(DATA_TYPES)}, and Nav2 refuses such a source"
+            f"{did_you_mean(str(entry.value), DATA_TYPES)}"
+        )
+        notices.append(Notice("bad-value", f"{node}: {key}", message, "", entry.line, True))
+    return notices
+
+
+def _sources(parameters: Parameters, types: Collection[str]) -> Iterator[tuple[str, str, str]]:
+    """Costmap, layer and name of each source of an enabled layer of one of the types."""
     for node in COSTMAPS:
         entries = parameters.get(node, {})
         for layer in names_of(entries, "plugins", DEFAULT_LAYERS):
             kind = plugin_type(value_of(entries, f"{layer}.plugin", DEFAULT_LAYERS.get(layer, "")))
-            if kind == OBSTACLE_LAYER and value_of(entries, f"{layer}.enabled", True):
+            if kind in types and value_of(entries, f"{layer}.enabled", True):
                 for name in names_of(entries, f"{layer}.observation_sources"):
                     yield node, layer, name
 
