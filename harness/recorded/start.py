@@ -8,14 +8,13 @@ from harness.storage.shipped import resolve, shipped
 from harness.world.map.scene import Scene
 from harness.world.map.scene_io import align
 from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FARTHEST, UNKNOWN, OccupancyGrid
 from navstack.errors import InputError, ParameterError
 from navstack.localization.geodesy import LocalFrame
 from navstack.params.extensions import uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.types import Belief, Pose2D
 
-FARTHEST = 1e7  # [m]
 ANY_HEADING = np.diag((1.0, 1.0, math.pi**2 / 3.0))  # [m2, m2, rad2] of an unknown start
 
 
@@ -104,8 +103,8 @@ def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
-    if len(values) not in counts or not all(
-        math.isfinite(value) and abs(value) <= FARTHEST for value in values
-    ):
+    if len(values) not in counts or not all(map(math.isfinite, values)):
         raise InputError(f"{option} '{text}' is not {what}")
+    if max(map(abs, values)) > FARTHEST:
+        raise InputError(f"{option} '{text}' has a number beyond {FARTHEST:g}; give {what}")
     return values

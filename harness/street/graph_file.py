@@ -10,7 +10,7 @@ import numpy as np
 
 from harness.storage.files import write_text
 from harness.street.route_graph import RouteGraph, WayEdge
-from navstack.costmap.map_io import FARTHEST
+from navstack.costmap.occupancy_grid import FARTHEST
 from navstack.errors import MapError
 from navstack.files import check_regular
 

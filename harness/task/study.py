@@ -1,6 +1,7 @@
 """What is to be driven: stacks, map, seeds; checked before anything starts."""
 
 import dataclasses
+import math
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,12 +14,12 @@ from harness.storage.shipped import DEFAULT_WORLD, is_district, is_file, resolve
 from harness.task.mission import BY_PLACES, SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
+from navstack.costmap.occupancy_grid import FARTHEST
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import Generators, Pose2D
 
 RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
 RECORDS = ("events", "decisions", "full")
-FARTHEST = 1e6  # [m] or [rad] of a pose that a user gives
 MOST_KILOMETRES = 100.0  # of a mission's route
 MAX_PEDESTRIANS = 2000  # beyond this a 200 m x 200 m world holds nobody else
 MAX_EPISODES = 1_000_000  # of a stack
@@ -293,10 +294,15 @@ def _pose(option: str, values: Sequence[float] | None) -> Pose2D | None:
 
 
 def _check_pose(option: str, values: Sequence[float], given: object) -> None:
-    if len(values) != 3 or not all(abs(value) <= FARTHEST for value in values):
+    if len(values) != 3 or not all(map(math.isfinite, values)):
         raise InputError(
             f"{option} '{given}' is not x,y,yaw: three numbers in [m], [m], [rad], e.g. "
             "12.5,-3,1.57"
+        )
+    if max(map(abs, values)) > FARTHEST:
+        raise InputError(
+            f"{option} '{given}' has a number beyond {FARTHEST:g}, where no map reaches; give a "
+            "pose on the map"
         )
 
 

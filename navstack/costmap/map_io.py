@@ -14,7 +14,7 @@ from PIL import Image
 from ruamel.yaml import YAML
 
 from navstack.costmap.map_image import Crop, FloatTable, read_image
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError, did_you_mean
 from navstack.params.strict import load_yaml
 from navstack.types import Pose2D
@@ -22,7 +22,6 @@ from navstack.types import Pose2D
 Int8Array = npt.NDArray[np.int8]
 
 RESOLUTIONS = (1e-4, 1e3)  # [m/cell] that make sense
-FARTHEST = 1e8  # [m] of an origin, beyond the earth's circumference
 
 _WORDS = {
     "true": True,

@@ -14,6 +14,7 @@ OCCUPIED = 100
 # [%] occupancy from which a cell of a map stands in the way (map_server's default occupied_thresh)
 SOLID_FROM = 65
 UNKNOWN = -1
+FARTHEST = 1e8  # [m] of a place on any map, beyond the earth's circumference
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -44,6 +44,13 @@ def test_another_start_is_an_error(tmp_path, text):
         start_belief(text, nav2(tmp_path), "amcl")
 
 
+def test_a_start_may_lie_where_a_map_may():
+    far = start_belief("-499998.5,42000005.25,0", None, "amcl")
+    assert (far.pose.x, far.pose.y) == (-499998.5, 42000005.25)
+    with pytest.raises(InputError, match=r"1,2e8,0' has a number beyond 1e\+08; give x,y,yaw"):
+        start_belief("1,2e8,0", None, "amcl")
+
+
 @pytest.mark.parametrize("text", ["91,0", "1", "1,2,3,4", "a,b", "0,400"])
 def test_another_datum_is_an_error(text):
     with pytest.raises(InputError):
