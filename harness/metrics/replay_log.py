@@ -41,6 +41,7 @@ TRACE_COLUMNS = (
 PLAN_TOLERANCE = 0.02  # [m] that a kept plan may differ from the one that was followed
 NO_RETURN = 65535  # a beam's range where nothing came back, or from farther than FARTHEST_MM
 FARTHEST_MM = 65534  # [mm] of a range
+LARGEST_COMPACT = 16_384.0  # [m] up to which four bytes hold a millimetre
 NOT_MOVED = Odometry(0.0, Pose2D(), Twist2D())
 
 
@@ -61,7 +62,7 @@ class ReplayLog:
         self._scans: list[npt.NDArray[np.uint16]] = []
         self._scan_stamps: list[float] = []
         self._scan: LaserScan | None = None  # the last
-        self._plans: list[npt.NDArray[np.float32]] = []
+        self._plans: list[npt.NDArray[np.floating]] = []
         self._plan_stamps: list[float] = []
         self._plan: Path | None = None  # the last
         self._odometry = NOT_MOVED
@@ -98,7 +99,7 @@ class ReplayLog:
             points = np.empty((0, 2))
             if self._plan is not None and len(self._plan) > 1:
                 points = self._plan.poses[:, :2]
-            self._plans.append(simplified(points, PLAN_TOLERANCE).astype(np.float32))
+            self._plans.append(_compact(simplified(points, PLAN_TOLERANCE)))
 
     def _keep(self, truth: Truth, brain: "Brain", command: Twist2D) -> None:
         odometry, belief = self._odometry, brain.belief or NOWHERE
@@ -170,13 +171,13 @@ class ReplayLog:
             "odometry": rows[:, 2:7],
             "belief_covariance": rows[:, 7:10].astype(np.float32),
             "track_count": np.array([len(row) for row in self._tracks], dtype=np.int32),
-            "tracks": np.array(tracks, dtype=np.float32).reshape(-1, 6),
+            "tracks": _compact(np.array(tracks, dtype=np.float64).reshape(-1, 6)),
             "option_count": np.array([len(row) for row in self._options], dtype=np.int32),
             "option_total": np.array([option.total for option in options]),
             "option_size": np.array([len(option.path) for option in options], dtype=np.int32),
-            "option_xy": np.concatenate(
-                [np.empty((0, 2)), *(option.path for option in options)]
-            ).astype(np.float32),
+            "option_xy": _compact(
+                np.concatenate([np.empty((0, 2)), *(option.path for option in options)])
+            ),
             "scan_stamp": np.array(self._scan_stamps),
             "scan_mm": np.array(self._scans or np.empty((0, 0)), dtype=np.uint16),
             "scan_geometry": _geometry(self._scan),
@@ -209,6 +210,13 @@ def millimetres(ranges: FloatArray) -> npt.NDArray[np.uint16]:
     """
     scaled = np.maximum(np.rint(1000.0 * np.where(np.isfinite(ranges), ranges, np.inf)), 0.0)
     return np.where(scaled <= FARTHEST_MM, scaled, NO_RETURN).astype(np.uint16)
+
+
+def _compact(numbers: FloatArray) -> npt.NDArray[np.floating]:
+    """Metres with four bytes each, and with eight where these would lose a millimetre."""
+    if (np.abs(numbers) > LARGEST_COMPACT).any():
+        return numbers
+    return numbers.astype(np.float32)
 
 
 def simplified(points: FloatArray, tolerance: float) -> FloatArray:

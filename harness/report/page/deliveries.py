@@ -11,6 +11,7 @@ from harness.metrics.columns import Row
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.replay_log import simplified
 from harness.report.page.entries import PageEntry
+from harness.report.page.origin import Place
 from harness.report.replay import contacts_shown
 from navstack.types import FloatArray
 
@@ -83,12 +84,24 @@ def rounded(value: Any, decimals: int = 3) -> Any:
 
 def missions_of(entries: Sequence[PageEntry]) -> list[list[Any]]:
     """Start and goal [m] of every delivery: entry, episode, label of the map, four coordinates."""
-    keys = ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
     return [
-        [number, row["episode"], entry.map_label, *(rounded(row[key], 2) for key in keys)]
+        [number, row["episode"], entry.map_label, *ends_of(entry, row)]
         for number, entry in enumerate(entries)
         for row in entry.stack.rows
     ]
+
+
+def ends_of(entry: PageEntry, row: Row) -> list[Any]:
+    """X and y [m] of a delivery's start and goal as the page counts them."""
+    (x, y), keys = entry.origin, ("start_x_m", "start_y_m", "goal_x_m", "goal_y_m")
+    return [_less(row[key], less) for key, less in zip(keys, (x, y, x, y), strict=True)]
+
+
+def _less(value: Any, origin: float) -> Any:
+    """A coordinate [m] from an origin; None stays."""
+    if value is None:
+        return None
+    return rounded(value - origin, 2)
 
 
 def contacts_of(entries: Sequence[PageEntry]) -> list[list[Any]]:
@@ -97,15 +110,17 @@ def contacts_of(entries: Sequence[PageEntry]) -> list[list[Any]]:
         [number, episode, *contact]
         for number, entry in enumerate(entries)
         for episode, events in entry.events.items()
-        for contact in contacts(events)
+        for contact in contacts(events, entry.origin)
     ]
 
 
-def contacts(events: Sequence[Row]) -> list[list[Any]]:
+def contacts(events: Sequence[Row], origin: Place) -> list[list[Any]]:
     """The contacts of one delivery as the page shows them; see :func:`contacts_of`."""
     return [
         [
-            *(rounded(event[key], 2) for key in ("x_m", "y_m", "stamp_s")),
+            _less(event["x_m"], origin[0]),
+            _less(event["y_m"], origin[1]),
+            rounded(event["stamp_s"], 2),
             event["kind"],
             rounded(event["impulse_ns"], 1),
             rounded(event["cost_usd"] or 0.0, 2),
@@ -115,11 +130,11 @@ def contacts(events: Sequence[Row]) -> list[list[Any]]:
     ]
 
 
-def trajectory(trace: FloatArray) -> list[int]:
+def trajectory(trace: FloatArray, origin: Place) -> list[int]:
     """Where a recorded delivery drove.
 
     X and y in turn, in centimetres, each less the one before.
     """
-    whole = np.rint(100.0 * simplified(trace[:, 1:3], PATH_TOLERANCE)).astype(np.int64)
+    whole = np.rint(100.0 * simplified(trace[:, 1:3] - origin, PATH_TOLERANCE)).astype(np.int64)
     steps: list[int] = np.diff(whole, axis=0, prepend=0).ravel().tolist()
     return steps

@@ -19,6 +19,7 @@ from harness.economics.valuation import (
 )
 from harness.metrics.columns import Row
 from harness.report.numbers import all_of
+from harness.report.page.origin import Place, page_origin
 from harness.report.paper_tables import Column, own_column
 from harness.report.short.run import admitting_unseen
 from harness.study.stored_run import StoredRun, StoredStack
@@ -39,6 +40,7 @@ class PageEntry:
     valuation: Valuation
     running: RunningCosts  # [USD/run] arrays (n,), one entry per delivery
     events: dict[int, list[Row]]  # of every delivery, by episode
+    origin: Place  # from which the page counts places of the map
 
     @property
     def side(self) -> Side:
@@ -100,8 +102,12 @@ def entries_of(runs: Sequence[StoredRun]) -> list[PageEntry]:
         for number, label in enumerate(labels)
     ]
     maps = _map_labels([run for run, _ in pairs])
+    origins: dict[str, Place] = {}
+    for run, stack in pairs:
+        start = (stack.rows[0][key] or 0.0 for key in ("start_x_m", "start_y_m"))
+        origins.setdefault(maps[_map_of(run)], page_origin(*start))
     return [
-        _entry(label, maps[_map_of(run)], run, stack)
+        _entry(label, maps[_map_of(run)], origins, run, stack)
         for label, (run, stack) in zip(unlike, pairs, strict=True)
     ]
 
@@ -142,7 +148,9 @@ def _missing(run: StoredRun, stack: StoredStack) -> str:
     return ""
 
 
-def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> PageEntry:
+def _entry(
+    label: str, map_label: str, origins: dict[str, Place], run: StoredRun, stack: StoredStack
+) -> PageEntry:
     prices = run.prices()
     each = running(deliveries(stack.rows, prices.rolling_resistance_force), prices)
     events: dict[int, list[Row]] = {row["episode"]: [] for row in stack.rows}
@@ -158,4 +166,5 @@ def _entry(label: str, map_label: str, run: StoredRun, stack: StoredStack) -> Pa
         value(stack.rows, stack, prices, run.seed, left_out=stack.errors),
         each,
         events,
+        origins[map_label],
     )

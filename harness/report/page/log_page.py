@@ -17,6 +17,7 @@ from harness.report.markdown import markdown_text
 from harness.report.page.deliveries import rounded
 from harness.report.page.document import page_text
 from harness.report.page.markdown_blocks import sections
+from harness.report.page.origin import Place, page_origin, shifted
 from harness.report.page.recording_code import FINE, encode
 from harness.report.page.scenery import draw
 from harness.report.priced_log import event_line
@@ -66,7 +67,7 @@ def log_page(
         date,
         [label],
         [shown],
-        scenery={scene.name: draw(scene)},
+        scenery={scene.name: draw(scene, _origin(scene))},
         **more,
     )
 
@@ -98,7 +99,8 @@ def _replay(
     robot: RobotParams,
     person_radius: float,
 ) -> Json:
-    arrays = _arrays(log, cost)
+    origin = _origin(scene)
+    arrays = shifted(_arrays(log, cost), origin)
     trace = arrays["trace"]
     first, start, goal = float(log.poses[0, 0]), trace[0, 1:3].tolist(), trace[-1, 1:3].tolist()
     return {
@@ -112,7 +114,9 @@ def _replay(
         "pieces": None,
         "footprint": robot.polygon.tolist(),
         "personRadius": person_radius,
-        "contacts": [_contact(each, first) for each in cost.events if each.kind == "contact"],
+        "contacts": [
+            _contact(each, first, origin) for each in cost.events if each.kind == "contact"
+        ],
         "money": dict.fromkeys(("revenue", "opex", "contribution_margin", *COST_LABELS))
         | {term: rounded(value, 4) for term, value in cost.terms.items()},
         "reasons": [_reason(each, first) for each in cost.events],
@@ -121,9 +125,16 @@ def _replay(
     }
 
 
-def _contact(event: DriveEvent, first: float) -> list[Any]:
+def _origin(scene: Scene) -> Place:
+    """From where the page counts."""
+    return page_origin(scene.geometry.origin.x, scene.geometry.origin.y)
+
+
+def _contact(event: DriveEvent, first: float, origin: Place) -> list[Any]:
     """Place [m], time [s], kind, impulse [N s], cost [USD], and whether it is counted."""
-    place = [rounded(event.x or 0.0, 2), rounded(event.y or 0.0, 2)]
+    place = [0.0, 0.0]
+    if event.x is not None and event.y is not None:
+        place = [rounded(event.x - origin[0], 2), rounded(event.y - origin[1], 2)]
     what = event.what.replace("person", "pedestrian")
     paid = event.cost or 0.0
     when = rounded(event.stamp - first, 2)

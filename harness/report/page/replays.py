@@ -11,6 +11,7 @@ from harness.analysis.compare import side_of
 from harness.economics.cost_terms import COST_LABELS
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import PageEntry, entries_of
+from harness.report.page.origin import shifted
 from harness.report.page.recording_code import COARSE, Fineness, encode, load_recording
 from harness.report.page.scenery import known_scene
 from harness.report.replay import RecordedReplay, contacts_shown
@@ -96,19 +97,19 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "map": entry.map_label,
         "outcome": row["outcome"],
         "duration": rounded(row["duration_s"]),
-        "start": [row["start_x_m"], row["start_y_m"]],
-        "goal": [row["goal_x_m"], row["goal_y_m"]],
+        "start": [row["start_x_m"] - entry.origin[0], row["start_y_m"] - entry.origin[1]],
+        "goal": [row["goal_x_m"] - entry.origin[0], row["goal_y_m"] - entry.origin[1]],
         "pieces": row["pieces_at_start"],
         "footprint": robot.polygon.tolist(),
         "personRadius": radius,
-        "contacts": contacts(entry.events[row["episode"]]),
+        "contacts": contacts(entry.events[row["episode"]], entry.origin),
         "money": {
             term: rounded(money_of(entry, term)[recorded.index], 4)
             for term in ("revenue", "opex", "contribution_margin", *COST_LABELS)
         },
         "reasons": _reasons(recorded, arrays),
         "history": row.get("navigator_history") or "",
-        "data": encode(arrays, fineness),
+        "data": encode(shifted(arrays, entry.origin), fineness),
     }
 
 
@@ -215,5 +216,5 @@ def trajectories(recorded: Sequence[Recorded]) -> tuple[list[Recorded], list[lis
             troubles.append(str(error))
             continue
         readable.append(each)
-        ways.append([each.number, each.row["episode"], trajectory(trace)])
+        ways.append([each.number, each.row["episode"], trajectory(trace, each.entry.origin)])
     return readable, ways, troubles

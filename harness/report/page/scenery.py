@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from harness.report.page.entries import PageEntry
+from harness.report.page.origin import Place
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredRun
 from harness.world.map.scene import Scene
@@ -33,7 +34,7 @@ def sceneries(entries: Sequence[PageEntry]) -> tuple[Json, list[str]]:
             continue
         try:
             scene = scene_of_run(entry.run)
-            drawn[entry.map_label] = draw(scene)
+            drawn[entry.map_label] = draw(scene, entry.origin)
             if scene.credit:
                 credits.append(f"map {scene.name}: {scene.credit}")
         except NavstackError as error:
@@ -64,31 +65,31 @@ def known_scene(run: StoredRun) -> Scene | None:
         return None
 
 
-def draw(scene: Scene) -> Json:
-    """What a page needs to draw a scene."""
+def draw(scene: Scene, origin: Place) -> Json:
+    """What a page that counts from an origin needs to draw a scene."""
     grid = scene.geometry
-    x0, y0 = grid.origin.x, grid.origin.y
+    x0, y0 = grid.origin.x - origin[0], grid.origin.y - origin[1]
     bounds = [x0, y0, x0 + grid.width * grid.resolution, y0 + grid.height * grid.resolution]
     polygons = len(scene.obstacles) <= MOST_OBSTACLES
     return {
         "bounds": [round(edge, 3) for edge in bounds],
-        "zones": [[zone.kind, _corners(zone.polygon)] for zone in scene.zones],
-        "obstacles": [[each.kind, _corners(each.polygon)] for each in scene.obstacles]
+        "zones": [[zone.kind, _corners(zone.polygon, origin)] for zone in scene.zones],
+        "obstacles": [[each.kind, _corners(each.polygon, origin)] for each in scene.obstacles]
         if polygons
         else [],
         "picture": None
         if scene.zones and polygons
-        else _picture(scene, with_obstacles=not polygons),
+        else _picture(scene, origin, with_obstacles=not polygons),
     }
 
 
-def _corners(polygon: FloatArray) -> list[int]:
+def _corners(polygon: FloatArray, origin: Place) -> list[int]:
     """Coordinates in turn [cm]: x, y, x, y, ..."""
-    corners: list[int] = np.rint(100.0 * polygon).astype(np.int64).ravel().tolist()
+    corners: list[int] = np.rint(100.0 * (polygon - origin)).astype(np.int64).ravel().tolist()
     return corners
 
 
-def _picture(scene: Scene, with_obstacles: bool) -> Json:
+def _picture(scene: Scene, origin: Place, with_obstacles: bool) -> Json:
     """Walkable and solid cells as a PNG, north up."""
     from PIL import Image
 
@@ -103,8 +104,9 @@ def _picture(scene: Scene, with_obstacles: bool) -> Json:
     stream = io.BytesIO()
     image.save(stream, "PNG", optimize=True)
     grid = scene.geometry
+    x0, y0 = grid.origin.x - origin[0], grid.origin.y - origin[1]
     size = (width * grid.resolution, height * grid.resolution)
     return {
         "png": base64.b64encode(stream.getvalue()).decode(),
-        "bounds": [grid.origin.x, grid.origin.y, grid.origin.x + size[0], grid.origin.y + size[1]],
+        "bounds": [x0, y0, x0 + size[0], y0 + size[1]],
     }
