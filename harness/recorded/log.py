@@ -13,7 +13,7 @@ from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.clock import Clock
 from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
-from harness.recorded.mountings import BASE_FRAMES, Mountings, frame_name, sensor_frame
+from harness.recorded.mountings import Mountings
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import (
     COMMAND_TYPES,
@@ -140,8 +140,7 @@ def read_log(
         frame = _one_frame(bag, chosen[ODOMETRY])
         receiver = Receiver(mountings, request.base_frame, frame, None, 0.0, say)
         rows = _read(bag, chosen, receiver, say, update)
-        bases = [frame_name(each) for each in (request.base_frame, frame, *BASE_FRAMES) if each]
-        has_mounting = SCAN in chosen and _is_mounted(bag, chosen[SCAN], mountings, bases)
+        has_mounting = SCAN in chosen and _is_mounted(bag, chosen[SCAN], receiver)
         damage = bag.damage
     if damage:
         say(f"{damage}; what stands before it is used")
@@ -184,11 +183,10 @@ def _one_frame(bag: Bag, topic: str) -> str | None:
     return next(iter(frames), None)
 
 
-def _is_mounted(bag: Bag, topic: str, mountings: Mountings, bases: Sequence[str]) -> bool:
+def _is_mounted(bag: Bag, topic: str, receiver: Receiver) -> bool:
     """Whether the log or the user says where the lidar is."""
     for _, message in first_messages(bag, topic, 1):
-        frame = sensor_frame(SCAN, message.header.frame_id)
-        return mountings.find_from_any(bases, frame) is not None
+        return receiver.is_mounted(SCAN, message.header.frame_id)
     return False
 
 

@@ -157,6 +157,14 @@ def sensor_frame(kind: str, name: str) -> str:
     return frame_name(name) or type_name(kind)
 
 
+def own_bases(frame: str) -> list[str]:
+    """The usual base frames with a frame's own prefix: ``robot1/base_link`` of ``robot1/laser``."""
+    prefix, slash, _ = frame.rpartition("/")
+    if not slash:
+        return []
+    return [f"{prefix}/{base}" for base in BASE_FRAMES]
+
+
 def type_name(kind: str) -> str:
     """The name of a type of messages without its package: ``LaserScan``."""
     return kind.rsplit("/", 1)[-1]

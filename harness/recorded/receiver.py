@@ -16,6 +16,7 @@ from harness.recorded.mountings import (
     Mountings,
     Transform,
     frame_name,
+    own_bases,
     sensor_frame,
     type_name,
 )
@@ -65,6 +66,7 @@ class Receiver:
             has_twist: whether messages of odometry tell velocities; else their poses do.
         """
         self._mountings, self._say = mountings, say
+        self._is_base_given = bool(base_frame)
         if base_frame:
             self._bases = [frame_name(base_frame)]
         else:
@@ -213,13 +215,24 @@ class Receiver:
             self._mounted[key] = self._look_up(kind, frame)
         return self._mounted[key]
 
+    def is_mounted(self, kind: str, name: str) -> bool:
+        """Whether the log or the user says where the frame of a sensor is."""
+        return self._find(sensor_frame(kind, name)) is not None
+
+    def _find(self, frame: str) -> tuple[Transform, bool] | None:
+        """Where a frame is on the robot, and whether it moves; None: nobody knows."""
+        bases = self._bases
+        if not self._is_base_given:
+            bases = [*bases, *own_bases(frame)]
+        return self._mountings.find_from_any(bases, frame)
+
     def _look_up(self, kind: str, name: str) -> Transform:
         if kind == ODOMETRY and not frame_name(name):
             return IDENTITY  # many drivers leave it out
         frame = sensor_frame(kind, name)
         if frame == self._bases[0]:
             return IDENTITY
-        found = self._mountings.find_from_any(self._bases, frame)
+        found = self._find(frame)
         if found is None and frame in self._bases:
             return IDENTITY
         if found is None:

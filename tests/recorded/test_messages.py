@@ -245,6 +245,20 @@ def test_an_unknown_mounting_is_said_once_and_gravity_tells_a_wrong_one():
     assert "gravity is 90 degrees off" in said[1]
 
 
+def test_a_base_frame_with_the_prefix_of_the_sensors_is_found():
+    said: list[str] = []
+    mountings = Mountings()
+    mountings.give("robot1/base_link robot1/laser 0.3 0 0")
+    entry = writing.scan(0.0, [1.0] * 5, 0.0, 0.1)
+    entry.frame = "robot1/laser"
+    receiver = Receiver(mountings, None, "", None, 0.0, said.append)
+    assert receiver.convert(SCAN, ros(entry), 0.0, Pose2D()).sensor_pose.x == 0.3 and not said
+    assert receiver.is_mounted(SCAN, "robot1/laser") and not receiver.is_mounted(SCAN, "r2/laser")
+    given = Receiver(mountings, "robot2/base_link", "", None, 0.0, said.append)
+    assert given.convert(SCAN, ros(entry), 0.0, Pose2D()).sensor_pose.x == 0.0
+    assert "frame 'robot1/laser' of LaserScan is on robot2/base_link" in said[0]
+
+
 def test_a_sensor_that_names_no_frame_is_mounted_by_the_name_of_its_type():
     said: list[str] = []
     entry = writing.scan(0.0, [1.0] * 5, 0.0, 0.1)
