@@ -35,8 +35,8 @@ MOST_FILES = 1000
 LARGEST_FILE = 1 << 40  # [bytes]
 LARGEST_UNPACKED = 16 << 30  # [bytes] of a file that was compressed as a whole
 _ZSTD = b"\x28\xb5\x2f\xfd"
-# what files that were compressed as a whole begin with
-_PACKED = (".zst", ".zstd", ".gz", ".bz2")  # suffixes of such files
+_PACKED = (".zst", ".zstd", ".gz", ".bz2")  # suffixes of files compressed as a whole
+# what such files begin with
 _PACKERS = {_ZSTD: "zstd", b"\x1f\x8b": "gzip", b"BZh": "bz2"}
 _PIECE = 1 << 20  # [bytes]
 
