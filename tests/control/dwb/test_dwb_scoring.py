@@ -141,6 +141,20 @@ def test_it_is_the_choice_of_all_scores_on_random_scenes(name):
     assert check_choices(params, build_critics(params), default_rng(len(name))) > 25
 
 
+def test_a_critic_that_is_named_twice_scores_twice():
+    scene = random_scene(default_rng(0))
+    totals = []
+    for names in (("PathDist",), ("PathDist", "PathDist")):
+        params = replace(PARAMS, critics=names)
+        critics = build_critics(params)
+        prepare(critics, scene)
+        scores = Scoring(RolloutGenerator(params, 20.0), critics).score_all(scene)
+        totals.append(scores.best().total)
+    assert list(critics) == ["PathDist", "PathDist_2"]
+    assert math.isfinite(totals[0]) and totals[0] > 0.0
+    assert totals[1] == pytest.approx(2.0 * totals[0], rel=1e-12)
+
+
 @pytest.mark.parametrize("of_command", [True, False])
 def test_ones_own_critic_takes_part(of_command):
     first = build_critics(PARAMS)
