@@ -1,6 +1,5 @@
 """A study from its folder to its result: missions, search, test."""
 
-import contextlib
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,8 +22,6 @@ from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
 from harness.tuning.space.file import read_space
 from harness.tuning.space.fitting import fit_space
-from harness.tuning.space.paths import AbsentError, locate, with_values
-from harness.tuning.space.space import Space
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.training import FEWER_MISSIONS, PILOT, missions_within, training_missions
 from harness.tuning.waterfall import MOST_PLAYERS
@@ -73,29 +70,6 @@ class TuningStudy:
         """Of the waterfall at most: every mixture of its players but both files themselves."""
         players = min(len(self.plan.space.parameters), MOST_PLAYERS)
         return int(2**players - 2) * self.declaration.waterfall_missions
-
-
-def check_space(
-    space: Space,
-    nav2: Nav2File,
-    sampler: Sampler,
-    allow_unknown: bool = False,
-) -> None:
-    """Check before anything is driven that a search space has points, and that a file takes them.
-
-    Raises:
-        InputError: no point keeps the constraints, or a parameter cannot be set where it stands.
-    """
-    if sampler.ask() is None:
-        raise InputError(
-            f"{space.name}: no point was found beside the file's own that keeps the constraints; "
-            "loosen them"
-        )
-    own = {}
-    for path in (path for each in space.parameters for path in each.paths):
-        with contextlib.suppress(AbsentError):  # another choice of a list brings it
-            own[path] = locate(nav2, path).value
-    with_values(nav2, own, allow_unknown)
 
 
 def load_tuning(

@@ -33,13 +33,13 @@ from harness.tuning.objective import parse_objectives
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.sampler import make_sampler
+from harness.tuning.space.checking import check_space
 from harness.tuning.space.file import SpaceFile, read_spaces
 from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.stack_evaluator import StackEvaluator
 from harness.tuning.study import (
     TuningStudy,
-    check_space,
     finish,
     fitted,
     load_tuning,

@@ -10,6 +10,7 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.tuning.sampler import make_sampler
+from harness.tuning.space.checking import check_space
 from harness.tuning.space.constraint import parse_constraint
 from harness.tuning.space.file import ListEdit, SpaceFile, read_spaces
 from harness.tuning.space.fitting import fit_space
@@ -24,7 +25,6 @@ from harness.tuning.space.paths import (
     with_values,
 )
 from harness.tuning.space.space import Space
-from harness.tuning.study import check_space
 from navstack.errors import InputError, ParameterError
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.params.nav2_file.yaml_text import load_text
@@ -268,6 +268,29 @@ def test_a_space_is_tried_before_anything_is_driven(tmp_path: Path) -> None:
     space, file = space_of(tmp_path, NUMBERS), load_nav2(tmp_path / "anchored.yaml")
     with pytest.raises(ParameterError, match="sim_time has a YAML anchor"):
         check_space(space, file, make_sampler("tpe", space, 0, 5, 1))
+
+
+@pytest.mark.parametrize(
+    ("entry", "told"),
+    [
+        (
+            "  kind: {path: 'controller_server.FollowPath.PathDist.aggregation_type', "
+            "choices: [sum, summ]}",
+            r"kind: the file cannot be driven with 'summ': .*did you mean 'sum'",
+        ),
+        (
+            "  critics: {path: controller_server.FollowPath.critics, lists: [{add: [Nonsense]}]}",
+            r"critics: the file cannot be driven with '.*, Nonsense': .*critic 'Nonsense'",
+        ),
+    ],
+)
+def test_a_choice_that_cannot_be_driven_is_told_at_once(
+    tmp_path: Path, entry: str, told: str
+) -> None:
+    (tmp_path / "own.yaml").write_text(f"title: own\nparameters:\n{entry}\n")
+    space = fit_space(*read_spaces([tmp_path / "own.yaml"]), nav2("stock"), allow_unknown=True)
+    with pytest.raises(InputError, match=told):
+        check_space(space, nav2("stock"), make_sampler("tpe", space, 0, 5, 1), allow_unknown=True)
 
 
 def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
