@@ -125,7 +125,7 @@ NOT_EXECUTED = {
         "the like is executed on a page of its own",
         "tests/docs/test_commands.py::test_commands_of_a_page_work_one_after_the_other",
     ),
-    r"navbench ablate --localizers \S+ --inject .*": Reason(
+    r"navbench ablate --stack \S+ --localizers \S+ --inject .*": Reason(
         "each half is executed on the same page",
         "tests/harness/test_ablate.py::test_an_ablation_is_driven_cut_off_and_driven_on",
     ),
