@@ -57,6 +57,7 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
         "episodes": study.episodes,
         **({"only": list(study.only)} if study.only else {}),
+        **({COUNTS: _by_name(study)} if study.counts else {}),
         **task,
         **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
         "map_sha256": _digest_of(study.template.map_name),
@@ -65,6 +66,11 @@ def about(study: Study, command: Sequence[str]) -> Row:
         "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
         "machine": machine(),
     }
+
+
+def _by_name(study: Study) -> dict[str, int]:
+    """How many deliveries each stack has."""
+    return dict(zip([stack.name for stack in study.stacks], study.counts, strict=True))
 
 
 def _typed(command: Sequence[str]) -> list[str]:

@@ -113,8 +113,6 @@ def ablate(
     notes = [note for note in check(study) if note.startswith(own)]
     texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
-    if within is not None:
-        share_out(path, dict(zip([arm.name for arm in arms], study.counts, strict=True)))
     found = _drive(path, declaration, where)
     told = [f"{name}: {note.removeprefix(own)}" for note in notes]
     return dataclasses.replace(found, notes=tuple(told))

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.distances import squared_distances
-from navstack.costmap.field_cache import content_key, shared_array
+from navstack.costmap.field_cache import SHARED_FROM, cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.jit import njit
 from navstack.types import BoolMatrix, FixedInt8Matrix
@@ -37,21 +37,20 @@ def surface_field(static_map: OccupancyGrid) -> SurfaceField:
     """
     static_map.require_unrotated("map")
     data, cell = static_map.data, static_map.resolution
-    key = content_key("surface codes", data, cell)
+    key = content_key("surface codes 1", data, cell)
     codes = _in_use.get(key)
     if codes is None:
-        codes = _in_use[key] = _codes_of(data, cell)
+        codes = _in_use[key] = _codes_of(data, cell, key)
     return SurfaceField(codes, static_map.origin.x, static_map.origin.y, cell)
 
 
-def _codes_of(data: Int8Array, cell: float) -> Int8Array:
-    codes = shared_array(
-        data.size,
-        lambda: surface_codes(data >= OCCUPIED, data == FREE, cell),
-        "surface codes 1",
-        data,
-        cell,
-    )
+def _codes_of(data: Int8Array, cell: float, key: str) -> Int8Array:
+    """The codes of a map's cells, kept on disk under ``key`` where the map is large."""
+
+    def compute() -> Int8Array:
+        return surface_codes(data >= OCCUPIED, data == FREE, cell)
+
+    codes: Int8Array = compute() if data.size < SHARED_FROM else cached_array(key, compute)
     codes.flags.writeable = False
     return codes
 

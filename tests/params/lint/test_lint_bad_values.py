@@ -6,7 +6,7 @@ import pytest
 
 from navstack.lint import lint
 
-ROBOT = (Path(__file__).parent / "lint" / "robot.yaml").read_text(encoding="utf-8")
+ROBOT = (Path(__file__).parent / "robot.yaml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("value", ['"2,0"', "true", "[2.0]"])
