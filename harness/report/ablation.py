@@ -36,6 +36,7 @@ from harness.report.numbers import (
     interval_text,
     number_text,
     p_text,
+    range_text,
 )
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
@@ -93,7 +94,7 @@ def known_within(ablation: Ablation) -> list[str]:
         return []
     widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
     wide = [
-        f"{name} ({_told(width)})"
+        f"{name} (+-{number_text(width)})"
         for name, width in widths.items()
         if width is None or width > within
     ]
@@ -101,19 +102,6 @@ def known_within(ablation: Ablation) -> list[str]:
         return [f"every margin is known to within {within:g} USD"]
     most = f"after at most {counted(ablation.episodes, 'delivery')}"
     return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
-
-
-def deliveries_told(counts: Sequence[int]) -> str:
-    """How many deliveries arms have driven, in words."""
-    if min(counts) < max(counts):
-        return f"{min(counts)} to {max(counts)} deliveries"
-    return f"{counts[0]} deliveries each"
-
-
-def _told(width: float | None) -> str:
-    if width is None:
-        return "undefined"
-    return f"+-{number_text(width)}"
 
 
 def deciding(ablation: Ablation) -> list[str]:
@@ -315,11 +303,11 @@ def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
         )
     axes.set_xlabel("localization error, median over the deliveries [m]")
     axes.set_ylabel("contribution margin [USD/run]")
-    told = deliveries_told([arm.result.episodes for arm, _, _ in shown])
+    counts = range_text(arm.result.episodes for arm, _, _ in shown)
     spans = ""
     if any(each.low is not None for _, *both in shown for each in both):
         spans = ", 95 % intervals"
-    axes.set_title(f"{stack}: n = {told}{spans}", loc="left", fontsize=8)
+    axes.set_title(f"{stack}: n = {counts} deliveries each{spans}", loc="left", fontsize=8)
     axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
 
 

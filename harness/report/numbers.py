@@ -1,5 +1,7 @@
 """Numbers as texts."""
 
+from collections.abc import Iterable
+
 from harness.statistics.interval import Interval
 
 UNDEFINED = "--"
@@ -69,6 +71,14 @@ def all_of(number: int, thing: str) -> str:
     if number == 1:
         return f"the only {thing}"
     return f"all {counted(number, thing)}"
+
+
+def range_text(counts: Iterable[int]) -> str:
+    """The least to the greatest of some counts; the only one where they are alike."""
+    known = sorted(set(counts))
+    if len(known) > 1:
+        return f"{known[0]} to {known[-1]}"
+    return str(known[0])
 
 
 def p_text(p: float | None) -> str:

@@ -24,7 +24,6 @@ from harness.episode.files import nav2_parameters
 from harness.report.ablation import (
     ablation_blocks,
     deciding,
-    deliveries_told,
     known_within,
     next_command,
     price_sentence,
@@ -333,11 +332,6 @@ def test_an_arm_whose_margin_is_undefined_drives_no_more(write_run: WriteRun) ->
     folder = write_run("run", ("gps", "amcl"), episodes=3, change=fail)
     found = counts_wanted(load_run(str(folder)), 0.1, 100)
     assert (found["gps"], found["amcl"]) == (6, 3)
-
-
-def test_how_many_deliveries_arms_have_driven_is_told() -> None:
-    assert deliveries_told([5, 5]) == "5 deliveries each"
-    assert deliveries_told([5, 3, 4]) == "3 to 5 deliveries"
 
 
 def test_which_margins_are_known_is_told(write_run: WriteRun) -> None:

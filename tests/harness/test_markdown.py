@@ -3,7 +3,7 @@
 import pytest
 
 from harness.report.markdown import wrapped
-from harness.report.numbers import all_of, counted, interval_text, number_text
+from harness.report.numbers import all_of, counted, interval_text, number_text, range_text
 from harness.statistics.interval import Interval
 
 
@@ -42,3 +42,8 @@ def test_a_table_in_a_list_is_not_broken():
         text.count(row) == 2
         and max(len(line) for line in text.split("\n") if "word" in line) <= 120
     )
+
+
+def test_counts_are_told_as_a_range() -> None:
+    assert range_text([5, 5]) == "5"
+    assert range_text([5, 3, 4]) == "3 to 5"

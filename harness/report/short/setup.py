@@ -12,6 +12,7 @@ from typing import Any
 
 from harness.analysis.unlike import different_values
 from harness.economics.prices import Prices, load_prices
+from harness.report.numbers import range_text
 from harness.storage.manifest_file import extended_from, read_manifest
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import DEFAULT_WORLD, names, resolve, shipped
@@ -211,10 +212,7 @@ def delivery_line(run: StoredRun, episode: int) -> str:
 
 def where_line(run: StoredRun) -> str:
     """World, map and people of a run, and how many deliveries each stack drove."""
-    counts = sorted({len(stack.rows) for stack in run.stacks}) or [0]
-    count = str(counts[-1])
-    if len(counts) > 1:
-        count = f"{counts[0]} to {count}"
+    count = range_text([len(stack.rows) for stack in run.stacks] or [0])
     if seen := extended_from(run.folder):
         count += f" (first looked at with {', '.join(map(str, seen))})"
     world = f"world {condition(run, 'worlds')}, map {run.map_name}, people {people_of(run)}"
