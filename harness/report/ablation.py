@@ -20,7 +20,6 @@ from harness.ablation.analysis import (
     wrong_maps,
 )
 from harness.ablation.arms import KINDS, injected_kind, is_buildable
-from harness.ablation.precision import half_width
 from harness.analysis.rare import margin_with_unseen
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import margins
@@ -85,23 +84,6 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
         Text(f"run folder: {folder}", "whole"),
         *(Text(line, "whole") for line in [*deciding(ablation), *priced] if line),
     ]
-
-
-def known_within(ablation: Ablation) -> list[str]:
-    """Which margins are known as well as was asked for, in a line; nothing was asked: in none."""
-    within = ablation.declaration.within
-    if within is None:
-        return []
-    widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
-    wide = [
-        f"{name} (+-{number_text(width)})"
-        for name, width in widths.items()
-        if width is None or width > within
-    ]
-    if not wide:
-        return [f"every margin is known to within {within:g} USD"]
-    most = f"after at most {counted(ablation.episodes, 'delivery')}"
-    return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
 
 
 def deciding(ablation: Ablation) -> list[str]:

@@ -24,13 +24,13 @@ from harness.episode.files import nav2_parameters
 from harness.report.ablation import (
     ablation_blocks,
     deciding,
-    known_within,
     next_command,
     price_sentence,
     sentence,
 )
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Text
+from harness.report.short.findings import known_within
 from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.study.drive import StackResult

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from harness.ablation.analysis import Ablation
+from harness.ablation.precision import half_width
 from harness.analysis.compare import Comparison
 from harness.analysis.rare import reach_of
 from harness.analysis.repricing import Choices, Repriced
@@ -19,7 +20,6 @@ from harness.economics.valuation import missions
 from harness.report.ablation import (
     deciding,
     investment_of,
-    known_within,
     margins_with_unseen,
     price_sentence,
     sentence,
@@ -182,6 +182,23 @@ def ablation_setup(ablation: Ablation, folder: Path) -> str:
     first = drivers_of(run)[0]
     who = f"{ablation.declaration.stack}, robot {first.robot}, sensors {first.sensors}"
     return f"{who}, with {arms}; {where_line(run)}"
+
+
+def known_within(ablation: Ablation) -> list[str]:
+    """Which margins are known as well as was asked for, in a line; nothing was asked: in none."""
+    within = ablation.declaration.within
+    if within is None:
+        return []
+    widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
+    wide = [
+        f"{name} (+-{number_text(width)})"
+        for name, width in widths.items()
+        if width is None or width > within
+    ]
+    if not wide:
+        return [f"every margin is known to within {within:g} USD"]
+    most = f"after at most {counted(ablation.episodes, 'delivery')}"
+    return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
 
 
 def ablation_answer(ablation: Ablation) -> list[str]:
