@@ -188,7 +188,7 @@ def _costs_on(grid: OccupancyGrid, rows: IntArray, columns: IntArray) -> ByteArr
     """The costs of a mask's cells below lattice cells, kept for the next caller."""
 
     def compute() -> ByteArray:
-        return np.ascontiguousarray(mask_costs(grid)[rows[:, None], columns])
+        return mask_costs(grid).take(rows, axis=0).take(columns, axis=1)
 
     return shared_array(grid.data.size, compute, "mask costs 1", grid.data, rows, columns)
 

@@ -43,6 +43,29 @@ def _holds_source(flat: ByteArray, start: int, length: int) -> bool:
 
 
 @njit()
+def _are_lethal(flat: ByteArray, start: int, length: int) -> bool:
+    """Whether all of ``length`` costs from ``start`` on are lethal; compiles to vectors, too."""
+    others = np.uint8(0)
+    first = _u(start)
+    for j in range(_u(length)):
+        others |= np.uint8(flat[first + j] != _LETHAL)
+    return bool(others == 0)
+
+
+@njit()
+def _lies_inside(flat: ByteArray, x: int, y: int, length: int, width: int, height: int) -> bool:
+    """Whether ``length`` cells from (x, y) on lie within a lethal area, so that none spreads."""
+    if x == 0 or x + length == width or y == 0 or y == height - 1:
+        return False
+    at = y * width + x
+    return (
+        _are_lethal(flat, at - 1, length + 2)
+        and _are_lethal(flat, at - width, length)
+        and _are_lethal(flat, at + width, length)
+    )
+
+
+@njit()
 def _spreads(
     flat: ByteArray, at: np.uint64, x: int, y: int, width: int, height: int, around_unknown: bool
 ) -> bool:
@@ -76,6 +99,8 @@ def find_sources(
         for block in range(x0, xn, BLOCK):
             length = min(BLOCK, xn - block)
             if not _holds_source(flat, y * width + block, length):
+                continue
+            if _lies_inside(flat, block, y, length, width, height):
                 continue
             for x in range(block, block + length):
                 at = _u(y * width + x)
