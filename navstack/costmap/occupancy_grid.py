@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.errors import MapError
-from navstack.types import Pose2D
+from navstack.types import BoolArray, Pose2D
 
 FREE = 0
 OCCUPIED = 100
@@ -58,3 +58,11 @@ class OccupancyGrid:
                 f"the {name} is rotated by {self.origin.yaw} rad; "
                 f"costmaps need {name}s with an origin yaw of 0"
             )
+
+
+def enclosed(occupied: BoolArray) -> BoolArray:
+    """Occupied cells with eight occupied neighbours; beyond the map's edges all are."""
+    whole = np.pad(occupied, 1, constant_values=True)
+    beside = whole[:, :-2] & whole[:, 1:-1] & whole[:, 2:]
+    inside: BoolArray = beside[:-2] & beside[1:-1] & beside[2:]
+    return inside

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.ndimage import distance_transform_edt
 
-from navstack.costmap.occupancy_grid import UNKNOWN
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, enclosed
 from navstack.geometry import normalize_angle
 from navstack.scan_matching.kernels import REACH, linearize
 from navstack.scan_matching.scan_aligner import ScanAligner
@@ -132,3 +133,20 @@ def test_distances_are_signed_and_unknown_is_behind_a_surface():
         assert codes[400, 380] == -2 and codes[400, 379] == 2
         assert codes[400, 360] == pytest.approx(97.5, abs=1.0)
         assert codes[0, 0] == MOST
+
+
+def test_a_map_and_what_a_lidar_maps_of_it_share_the_distances_to_all_that_is_occupied():
+    rng = np.random.default_rng(4)
+    seeds = rng.choice(np.array((FREE, OCCUPIED, UNKNOWN), dtype=np.int8), (12, 15))
+    cells = np.kron(seeds, np.ones((9, 9), dtype=np.int8))
+    occupied, free = cells == OCCUPIED, cells == FREE
+    mapped = np.where(enclosed(occupied), np.int8(UNKNOWN), cells)
+    whole, surfaces = (
+        surface_field(OccupancyGrid(each, 0.05, Pose2D(0.0, 0.0, 0.0))).codes
+        for each in (cells, mapped)
+    )
+    assert whole is surfaces
+    beyond = 0.05 * (distance_transform_edt(~occupied) - 0.5)
+    within = -0.05 * (distance_transform_edt(~free) - 0.5)
+    expected = np.clip(np.rint(np.where(free, beyond, within) / CODE), -MOST, MOST)
+    np.testing.assert_array_equal(whole, expected)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from navstack.costmap.field_cache import cached_array, content_key
-from navstack.costmap.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid, enclosed
 from navstack.types import FloatArray
 
 
@@ -72,9 +72,6 @@ def _surfaces(grid: OccupancyGrid) -> OccupancyGrid:
     data = grid.data
 
     def compute() -> npt.NDArray[np.int8]:
-        occupied = np.pad(data >= OCCUPIED, 1, constant_values=True)
-        beside = occupied[:, :-2] & occupied[:, 1:-1] & occupied[:, 2:]
-        inside = beside[:-2] & beside[1:-1] & beside[2:]
-        return np.where(inside, np.int8(UNKNOWN), data)
+        return np.where(enclosed(data >= OCCUPIED), np.int8(UNKNOWN), data)
 
     return replace(grid, data=cached_array(content_key("mapped geometry 1", data), compute))
