@@ -4,9 +4,10 @@ Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--machine TEXT]
 
 The runs have the same map, seed, world, rules and prices, and each its own stacks. OUT gets one
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
-it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, and of the
-summary, which follows from the rows, all but the economics. --machine is noted where a run does not
-say itself on which machine it was driven.
+it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, of the
+summary, which follows from the rows, all but the economics, and of absolute paths all but names: a
+map is where it is given that name. --machine is noted where a run does not say itself on which
+machine it was driven.
 """
 
 import argparse
@@ -107,6 +108,8 @@ def _own(run: Path, manifest: dict[str, Any]) -> dict[str, Any]:
     summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     economics = {entry["stack"]: entry["economics"] for entry in summary["runs"]}
     said = {key: manifest[key] for key in OF_EACH if key in manifest}
+    if "command" in said:
+        said["command"] = [_name(word) for word in said["command"]]
     return {
         stack["name"]: {**said, "economics": economics[stack["name"]]}
         for stack in manifest["stacks"]
@@ -126,10 +129,19 @@ def _together(
     for run, manifest in zip(runs, manifests, strict=True):
         own |= _own(run, manifest)
     shared = {key: value for key, value in manifests[0].items() if key not in OF_EACH}
+    if "map_name" in shared:
+        shared["map_name"] = _name(shared["map_name"])
     looks = sorted({seen for run in runs for seen in extended_from(run)})
     if looks:
         shared[EXTENDED] = looks
     return {"machine": {"processor": machine}, **shared, OF_STACKS: own}
+
+
+def _name(word: str) -> str:
+    """Of an absolute path its name: nobody else has its folder."""
+    if Path(word).is_absolute():
+        return Path(word).name
+    return word
 
 
 def main() -> int:

@@ -247,8 +247,8 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
         )
     if not is_district(map_name):
         raise InputError(
-            f"--distance {least:g},{most:g} is for a folder of navbench map osm, which "
-            f"'{map_name}' is not; give such a folder, or leave it out"
+            f"--distance {least:g},{most:g} is for a folder of navbench map osm; '{map_name}' is "
+            "none, or is not here; give such a folder, or leave it out"
         )
 
 

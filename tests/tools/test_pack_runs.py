@@ -43,6 +43,17 @@ def test_a_packed_table_is_smaller_and_holds_the_same_bits(tmp_path: Path) -> No
     assert split == {2}, "only measured values"
 
 
+def test_paths_of_a_machine_stay_on_it(tmp_path: Path) -> None:
+    command = ["navbench", "run", "--map", "/home/ann/city", "--prices", "mine/prices.yaml"]
+    manifest = {"stacks": [{"name": "a"}], "map_name": "/home/ann/city", "command": command}
+    (tmp_path / "run.json").write_text(json.dumps(manifest))
+    economics = [{"stack": "a", "economics": {}}]
+    (tmp_path / "summary.json").write_text(json.dumps({"runs": economics}))
+    packed = pack_runs._together([tmp_path], [manifest], "")
+    assert packed["map_name"] == "city"
+    assert packed["of_stacks"]["a"]["command"][3:] == ["city", "--prices", "mine/prices.yaml"]
+
+
 def test_runs_that_were_extended_at_different_numbers_tell_all_looks(tmp_path: Path) -> None:
     runs, manifests = [], []
     for name, looks in (("a", [75, 300]), ("b", [100]), ("c", [])):
