@@ -23,7 +23,7 @@ from harness.metrics.ghost_tracks import GhostTracks
 from harness.metrics.motion import success_weighted_path_length
 from harness.metrics.replay_log import NoReplayLog, ReplayLog
 from harness.storage.shipped import is_district
-from harness.storage.texts import clean_text
+from harness.storage.texts import clean_text, clean_texts
 from harness.task.brain import Brain, Parked
 from harness.task.mission import Mission
 from harness.task.study import EpisodeTask, brain_rngs
@@ -179,11 +179,9 @@ class RunningDelivery:
         }
         prices, decisions = self.parts.prices, self._decisions
         events = event_rows(truth, [cost_of(contact, prices) for contact in truth.counted_contacts])
+        row = _row(task, self.mission, verdict, truth, brain, measured, prices)
         return Delivery(
-            row={
-                **_row(task, self.mission, verdict, truth, brain, measured, prices),
-                "stack_error": self._failure,
-            },
+            row=clean_texts({**row, "stack_error": self._failure}),  # as they are stored
             events=[{**where, **event} for event in events],
             timing={
                 **where,

@@ -10,10 +10,12 @@ from harness.economics.valuation import MOST_LEFT_OUT, has_too_few, value
 from harness.episode.episode import STACK_FAILED, Delivery, run_episode
 from harness.execution.executors import InProcess
 from harness.execution.workers import Workers
+from harness.storage.texts import LONGEST_TEXT
 from harness.study.drive import record_of
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask, make_study
 from navstack.errors import NavstackError, PlanningError
+from navstack.navigation_status import Trouble
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 from tests.rules import short_rules
 
@@ -44,6 +46,14 @@ class Fails(Brain):
         if observation.stamp >= self._after:
             raise self._error("out of ideas")
         return Twist2D(0.5, 0.0, 0.0)
+
+
+class Stuck(Brain):
+    """Stands, with much to tell."""
+
+    @property
+    def trouble(self) -> Trouble:
+        return Trouble(history="53.0 s no plan; " * 100)
 
 
 @pytest.fixture
@@ -117,3 +127,11 @@ def test_no_margin_is_told_where_more_than_a_hundredth_has_no_result(
     assert "contribution_margin" not in silent.intervals
     assert silent.economics.opex == told.opex
     assert not has_too_few(99, 1) and has_too_few(98, 1) and has_too_few(0, 1)
+
+
+def test_a_long_history_is_the_same_driven_and_stored(task: EpisodeTask) -> None:
+    driven = run_episode(task, lambda *_: Stuck())
+    assert len(driven.row["navigator_history"]) == LONGEST_TEXT
+    with Workers(1, InProcess) as workers:
+        (finished,) = workers.run(lambda _: driven, [task])
+    assert record_of(finished)["row"] == driven.row
