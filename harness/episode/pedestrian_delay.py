@@ -3,12 +3,10 @@
 import numpy as np
 
 from harness.world.people.errands import Errands
-from harness.world.people.pedestrians import PedestrianModel
-from harness.world.physics.body_state import BodyState
+from harness.world.people.pedestrians import FAR_AWAY, PedestrianModel
 from harness.world.truth import Truth
 from navstack.types import FloatArray, IntArray
 
-FAR_AWAY = BodyState(x=1e6, y=1e6)
 NEAR = 15.0  # [m] from the robot beyond which nobody feels it
 
 

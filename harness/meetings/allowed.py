@@ -32,11 +32,8 @@ def why_no_meetings(study: Study) -> str:
             return f"'{stack.name}' is driven by another process, which cannot be copied"
     parts = Parts(study.template)
     people = parts.params.people
-    if people.model != "random_walk":
-        return (
-            f"the people of this world ({people.model}) react to the robot or are a recording, "
-            "and meetings need random_walk"
-        )
+    if people.model == "replay":
+        return "the people of this world are a recording, and meetings need people who walk on"
     if people.beginning != "stationary":
         return (
             "the people of this world all set out at once, and meetings need 'beginning: "

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.world.people.pedestrians import ABSENT, PedestrianModel
+from harness.world.people.pedestrians import ABSENT, FAR_AWAY, PedestrianModel
+from harness.world.physics.body_state import BodyState
 from navstack.types import BoolArray, FloatArray, Pose2D
 
 STEP = 0.1  # [s] of a record
 LONG = 600.0  # [s]
+KEPT_EVERY = 20  # steps between the moments from which such people can go on
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -16,27 +18,40 @@ class Record:
     """What a crowd did, every :data:`STEP`."""
 
     states: FloatArray  # (moments, people, 4): x, y [m], vx, vy [m/s], map frame
+    # of those who make way for a robot, every KEPT_EVERY; empty: nobody does
+    walkers: tuple[PedestrianModel, ...] = ()
 
     @property
     def people(self) -> int:
         """How many there are."""
         return int(self.states.shape[1])
 
+    def walkers_at(self, moment: float) -> PedestrianModel:
+        """People who go on by themselves from a moment, in steps from the beginning."""
+        number = int(moment)
+        walkers = self.walkers[number // KEPT_EVERY].twin()
+        walkers.steps(STEP, number % KEPT_EVERY)
+        walkers.step((moment - number) * STEP)
+        return walkers
+
 
 def recorded(people: PedestrianModel, rng: np.random.Generator, robot: Pose2D) -> Record:
     """What people do in :data:`LONG`.
 
     Args:
-        people: who see no robot; they begin anew.
+        people: who begin anew, and see no robot.
         rng: of all their chance.
         robot: where they do not begin.
     """
     people.reset(rng, robot)
-    moments = []
-    for _ in range(round(LONG / STEP)):
+    people.see_robot(FAR_AWAY)
+    moments, walkers = [], []
+    for number in range(round(LONG / STEP)):
+        if people.errands is not None and number % KEPT_EVERY == 0:
+            walkers.append(people.twin())
         moments.append(people.states)
         people.step(STEP)
-    return Record(np.array(moments))
+    return Record(np.array(moments), tuple(walkers))
 
 
 class StagedPeople(PedestrianModel):
@@ -98,3 +113,42 @@ class StagedPeople(PedestrianModel):
             part = self._moment - before
             now[:, :2] += part * (then[:, :2] - now[:, :2])
             self._states[shown] = now
+
+
+class StagedWalkers(StagedPeople):
+    """Nobody is there, until people go on from a moment of a record, and make way for the robot.
+
+    Who stays away walks about unseen: the others make way for him, too.
+    """
+
+    takes_pushes = True
+
+    def _clear(self) -> None:
+        super()._clear()
+        self._walkers: PedestrianModel | None = None
+
+    def show(self, record: Record, moment: float, hidden: BoolArray) -> None:
+        """See :class:`StagedPeople`; they go on after the record's end."""
+        self._walkers, self._is_shown = record.walkers_at(moment), ~hidden
+        self._put()
+
+    def see_robot(self, robot: BodyState) -> None:
+        """See :class:`PedestrianModel`."""
+        if self._walkers is not None:
+            self._walkers.see_robot(robot)
+
+    def displaced(self, person: int, x: float, y: float, vx: float, vy: float) -> None:
+        """See :class:`PedestrianModel`."""
+        if self._walkers is not None:
+            self._walkers.displaced(person, x, y, vx, vy)
+            self._put()
+
+    def steps(self, dt: float, times: int) -> None:
+        """See :class:`PedestrianModel`."""
+        if self._walkers is not None:
+            self._walkers.steps(dt, times)
+            self._put()
+
+    def _put(self) -> None:
+        if self._walkers is not None:
+            self._states = np.where(self._is_shown[:, None], self._walkers.states, ABSENT)

@@ -8,7 +8,7 @@ import numpy as np
 from harness.economics.valuation import margins
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
-from harness.meetings.crowd import STEP, Record, StagedPeople
+from harness.meetings.crowd import STEP, Record, StagedPeople, StagedWalkers
 from harness.meetings.draw import Meeting
 from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
@@ -58,7 +58,10 @@ NOTHING = Met(None, 0, 0)
 def stage_of(task: EpisodeTask) -> Stage:
     """A world without people for the deliveries of a task's stack; the caller closes it."""
     parts = Parts(task)
-    people = StagedPeople(parts.params.people.count)
+    kind = StagedPeople
+    if parts.params.people.model == "social_force":
+        kind = StagedWalkers
+    people = kind(parts.params.people.count)
     return Stage(parts.new_world(people), people)
 
 

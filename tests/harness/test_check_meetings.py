@@ -171,7 +171,8 @@ def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
 @pytest.mark.parametrize(
     ("more", "status", "told"),
     [
-        (("--world", "social_force"), 1, "react to the robot"),
+        (("--world", "social_force"), 1, "stationary"),
+        (("--people", "people.csv"), 1, "are a recording"),
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
         (("--within", "101"), 1, "--within"),
@@ -179,7 +180,15 @@ def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
     ],
 )
 def test_where_it_cannot_be_it_is_one_line(
-    navbench, words: list[str], more: tuple[str, ...], status: int, told: str
+    navbench,
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    more: tuple[str, ...],
+    status: int,
+    told: str,
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("people.csv").write_text("id,t,x,y\n1,0,0,0\n1,9,1,0\n")
     found, out, err = navbench("check", *words, *more)
     assert (found, out) == (status, "") and told in err

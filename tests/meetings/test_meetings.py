@@ -10,10 +10,12 @@ import pytest
 from harness.episode.episode import RunningDelivery
 from harness.execution.copies import PausedCopy
 from harness.meetings import crowd, estimate, results
+from harness.meetings.allowed import why_no_meetings
 from harness.meetings.drive import NOT_MET
 from harness.meetings.meet import stage_of
 from harness.meetings.mission import MissionDrive, MissionTask, drive_mission
 from harness.meetings.strata import PRIOR
+from harness.storage.shipped import shipped
 from harness.task.study import EpisodeTask, make_study
 from tests.rules import short_rules
 
@@ -28,11 +30,11 @@ def task(tmp_path_factory: pytest.TempPathFactory, hall: Path) -> EpisodeTask:
     return study.template
 
 
-def driven(task: EpisodeTask) -> MissionDrive:
-    """A mission of two alike arms, with few meetings from a short record."""
+def driven(task: EpisodeTask, long: float = 130.0) -> MissionDrive:
+    """A mission of two alike arms, with few meetings from a short record [s]."""
     other = dataclasses.replace(task, stack_number=1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crowd, "LONG", 130.0)
+        patch.setattr(crowd, "LONG", long)
         return drive_mission(MissionTask((task, other), tuple(PRIOR.tolist()), 4.0))
 
 
@@ -70,6 +72,23 @@ def test_arms_that_drive_alike_come_to_the_same_each_time(
     again = driven(task)
     assert again.arms == mission.arms
     assert np.array_equal(again.strata, mission.strata)
+
+
+@pytest.mark.slow
+def test_people_who_make_way_are_met_too(task: EpisodeTask, tmp_path: Path) -> None:
+    shipped_world = shipped("params") / "worlds" / "measured.yaml"
+    text = shipped_world.read_text(encoding="utf-8")
+    world = tmp_path / "world.yaml"
+    world.write_text(text.replace("people:\n", "people:\n  beginning: stationary\n", 1))
+    studies = [
+        make_study(stacks=["nav2-gps-ekf"], episodes=1, map_name=task.map_name, world=str(file))
+        for file in (world, shipped_world)
+    ]
+    assert why_no_meetings(studies[0]) == ""
+    assert "all set out at once" in why_no_meetings(studies[1])
+    first, second = driven(dataclasses.replace(task, world=str(world)), long=160.0).arms
+    assert len(first.met) > 0
+    assert (first.met, first.margin) == (second.met, second.margin)
 
 
 def test_spreads_are_learned_from_what_meetings_cost(mission: MissionDrive) -> None:

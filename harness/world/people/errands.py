@@ -39,7 +39,6 @@ class Errands:
         self.pauses = np.zeros(n)  # [s] to stand at the end of the path
         self.speeds = np.zeros(n)  # [m/s]
         self.finished: IntArray = np.zeros(n, dtype=np.int64)  # errands that each is done with
-        self._centres = self.network.positions(self.network.cells)  # (N, 2) [m]
         self._params = params
         self._rngs: list[np.random.Generator] = []
         self._cells: IntArray = np.zeros((n, 2), dtype=np.int64)  # where each path ends
@@ -167,10 +166,11 @@ class Errands:
     def _too_near(self, robot: Pose2D) -> IntArray:
         """Numbers of the cells where nobody starts, ascending."""
         clearance = self._params.start_clearance
-        dx, dy = np.abs(self._centres[:, 0] - robot.x), np.abs(self._centres[:, 1] - robot.y)
+        centres = self.network.centres
+        dx, dy = np.abs(centres[:, 0] - robot.x), np.abs(centres[:, 1] - robot.y)
         around = np.flatnonzero((dx < clearance) & (dy < clearance))
         near = around[np.hypot(dx[around], dy[around]) < clearance]
-        if len(near) == len(self._centres):
+        if len(near) == len(centres):
             distances = np.hypot(dx, dy)
             near = np.flatnonzero(distances < distances.max())
         return near

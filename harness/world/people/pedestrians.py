@@ -16,6 +16,7 @@ from navstack.types import FloatArray, Pose2D
 
 # state of somebody who is not there: infinitely far from everything
 ABSENT = (math.inf, math.inf, 0.0, 0.0)
+FAR_AWAY = BodyState(x=1e6, y=1e6)  # of a robot that nobody meets
 
 
 class PedestrianModel(ABC):

@@ -58,6 +58,7 @@ class WalkingNetwork:
                 break
         # (N, 2) all cells, row by row
         self.cells: IntArray = _kept("free cells", self._free, np.argwhere)
+        self.centres = self.positions(self.cells)  # (N, 2) [m]
         # of the cells
         self._numbers: npt.NDArray[np.int32] = _kept("numbers", self._free, _numbers)
         self._landmarks = _kept(
