@@ -1,11 +1,12 @@
-"""Write the figures of README.md from stored deliveries.
+"""Write the figures of README.md, and of the page of streets, from stored deliveries.
 
 Usage: python -m tools.readme_figures [--check]
 
-They are of results/baseline/WORLD, where WORLD is the default world, or the newest stored version
-of the paper's world as long as the default has none: 400 deliveries of each stack on each map that
-all of them have driven, and on the paper's own map. --check writes nothing, and fails where README
-has other figures.
+Those of README.md are of results/baseline/WORLD, where WORLD is the default world, or the newest
+stored version of the paper's world as long as the default has none: 400 deliveries of each stack on
+each map that all of them have driven, and on the paper's own map. The page of streets is
+results/baseline/helsinki/index.md, of the missions beside it. --check writes nothing, and fails where
+a page has other figures.
 """
 
 import argparse
@@ -31,6 +32,7 @@ from navstack.types import FloatArray
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 BASELINE = ROOT / "results" / "baseline"
+STREETS = BASELINE / "helsinki"  # packed runs, by their sensors
 MAPS = ("sidewalk", "sidewalk_1", "sidewalk_2")
 # packed runs of harder cities, by their folder in results/baseline, and what is hard
 HARD = {"urban/sidewalk_1": "Between houses (`rtk_urban`)"}
@@ -40,6 +42,10 @@ GPS, AMCL = "paper-gps", "paper-amcl"  # the paper's stacks, as this program dri
 BEGIN = "<!-- tools/readme_figures.py writes what follows -->"
 END = "<!-- figures end -->"
 NO_CONTACT_RATE = "–"
+STREET_HEAD = [
+    *("sensors", "stack", "in time, intact", "margin [USD/delivery]"),
+    *("contacts per 1000 km", "interventions per 1000 km", "mean speed [m/s]"),
+]
 HEAD = ["stack", "margin [USD/delivery]", "in time, intact", "contacts per 1000 km"]
 
 
@@ -110,6 +116,36 @@ def hard_table(folder: str) -> str:
     count = len(runs[0].stacks[0].rows)
     intro = wrapped(f"**{HARD[folder]}**, `{path.name}`, {count} deliveries of each stack:")
     return f"{intro}\n\n{table(HEAD, [*map(study_row, runs)])}\n\n"
+
+
+def street_row(run: StoredRun) -> list[str]:
+    """What a stack did on streets, as its page has it."""
+    (stack,) = run.stacks
+    rates = event_rates(stack.rows, run.prices())
+    margin = margin_admitting_unseen(margins_of(run), reach_of(run), missions(stack.rows), run.seed)
+    return [
+        f"`{run.folder.name}`",
+        f"`{stack.name}`",
+        share(run, "sla"),
+        interval_text(margin),
+        interval_text(rates["contacts_per_1000_km"], 0),
+        interval_text(rates["interventions_per_1000_km"], 0),
+        f"{sum(values(stack.rows, 'distance_m')) / sum(values(stack.rows, 'duration_s')):.2f}",
+    ]
+
+
+def street_figures() -> str:
+    """What stacks did on streets, the best under each kind of sensors first."""
+    rows, counts = [], set()
+    for manifest in sorted(STREETS.glob("*/run.json")):
+        stored = load_run(str(manifest.parent))
+        runs = [stored.only(stack.name) for stack in stored.stacks]
+        runs.sort(key=lambda run: -margins_of(run).mean())
+        rows += map(street_row, runs)
+        counts |= {len(run.stacks[0].rows) for run in runs}
+    (count,) = counts  # all have driven as many
+    intro = wrapped(f"{count} missions of each stack under each sensors, seed {stored.seed}:")
+    return f"{intro}\n\n{table(STREET_HEAD, rows)}"
 
 
 def published_row(method: PublishedMethod, margin: float) -> list[str]:
@@ -192,7 +228,7 @@ def filled(text: str, content: str) -> str:
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
-        raise ValueError(f"README.md has no '{BEGIN}' with '{END}' after it; put both in")
+        raise ValueError(f"a page has no '{BEGIN}' with '{END}' after it; put both in")
     return f"{before}{begin}\n\n{content}\n{end}{after}"
 
 
@@ -202,12 +238,13 @@ def main() -> None:
     )
     parser.add_argument("--check", action="store_true", help="write nothing")
     asked = parser.parse_args()
-    text = README.read_text(encoding="utf-8")
-    wanted = filled(text, figures())
-    if asked.check and wanted != text:
-        sys.exit("README.md has other figures than the data: python -m tools.readme_figures")
-    if not asked.check:
-        README.write_text(wanted, encoding="utf-8")
+    for page, content in ((README, figures()), (STREETS / "index.md", street_figures())):
+        text = page.read_text(encoding="utf-8")
+        wanted = filled(text, content)
+        if asked.check and wanted != text:
+            sys.exit(f"{page.name} has other figures than the data: python -m tools.readme_figures")
+        if not asked.check:
+            page.write_text(wanted, encoding="utf-8")
 
 
 if __name__ == "__main__":

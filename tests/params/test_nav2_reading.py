@@ -252,3 +252,8 @@ def test_limits_that_ros_accepts_are_accepted(inspect):
     nav2 = inspect(f"{HEAD}      min_vel_x: 0.6\n      max_vel_x: 0.5\n      vx_samples: 0\n")
     assert not nav2.errors  # the linter says what is wrong with them
     assert read_controller_server(nav2).controller_plugins == ("FollowPath",)
+
+
+def test_a_node_with_parameters_of_its_own_is_named_once(inspect):
+    error = only_error(inspect("amcl: {ros__parameters: {laser_model_type: foo}}\n"))
+    assert error.count("amcl") == 1 and "laser_model_type foo must be one of" in error

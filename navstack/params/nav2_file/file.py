@@ -106,7 +106,8 @@ class Nav2File:
         try:
             return read_values(cls, self.parameters.get(node, {}), dotted, given)
         except ParameterError as error:
-            raise ParameterError(f"{self.path.name}: {node}: {error}") from None
+            said = str(error).removeprefix(f"{node}: ")  # some parameters name their node
+            raise ParameterError(f"{self.path.name}: {node}: {said}") from None
 
     def plugin(self, node: str, name: str, family: str) -> str:
         """The type of a plugin by the name of its section, as Nav2 Jazzy spells it.

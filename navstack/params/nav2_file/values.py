@@ -95,10 +95,10 @@ def value_notices(
     """Values of the wrong kind or out of range."""
     notices: list[Notice] = []
     for visit in visits:
-        notices += [
-            Notice("bad-value", f"{node}: {path}" if path else node, reason, "", line, True)
-            for path, reason, line in _mistakes(entries, visit)
-        ]
+        for path, reason, line in _mistakes(entries, visit):
+            where = f"{node}: {path}" if path else node
+            said = reason.removeprefix(f"{node}: ")  # some parameters name their node
+            notices.append(Notice("bad-value", where, said, "", line, True))
         kinds = hints_of(visit.params, include_extras=True)
         for field, kind in kinds.items():
             name = parameter_of(field)
