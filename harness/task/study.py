@@ -15,7 +15,7 @@ from harness.task.mission import BY_PLACES, SAMPLINGS
 from harness.task.stack import Stack, load_stack
 from harness.task.substitute import with_substitutes
 from navstack.costmap.occupancy_grid import FARTHEST
-from navstack.errors import InputError, UnknownNameError
+from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.types import Generators, Pose2D
 
 RECORDINGS = (".csv", ".txt")  # suffixes of recorded people
@@ -238,7 +238,8 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
     """Check the distance [km] of missions.
 
     Raises:
-        InputError: it is out of range, or the map is no district.
+        InputError: it is out of range.
+        MapError: the map is no district.
     """
     least, most = distance
     if not 0.0 < least < most <= MOST_KILOMETRES:
@@ -246,7 +247,7 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
             f"--distance {least:g},{most:g}: give 0 < least < most, at most {MOST_KILOMETRES:g} km"
         )
     if not is_district(map_name):
-        raise InputError(
+        raise MapError(
             f"--distance {least:g},{most:g} is for a folder of navbench map osm; '{map_name}' is "
             "none, or is not here; give such a folder, or leave it out"
         )

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from tools.readme_figures import BEGIN, END, README, figures, filled
+from tools.readme_figures import BEGIN, END, README, STREETS, figures, filled, street_figures
 
 from .blocks import ROOT
 
@@ -17,6 +17,8 @@ NO_FIGURES = {"3.11", "3.12", "2511.20216", "2.0"}
 
 def test_the_figures_are_those_of_the_stored_deliveries() -> None:
     assert TEXT == filled(TEXT, figures()), "python -m tools.readme_figures"
+    streets = (STREETS / "index.md").read_text(encoding="utf-8")
+    assert streets == filled(streets, street_figures()), "python -m tools.readme_figures"
 
 
 def test_no_figure_stands_outside_what_the_script_writes() -> None:

@@ -28,7 +28,7 @@ from harness.street.route_graph import RouteGraph, WayEdge
 from harness.street.routes import draw_mission, find_route
 from harness.street.saving import save_maps
 from harness.study.stored_run import load_run
-from harness.task.study import make_study
+from harness.task.study import check_distance, make_study
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
 from harness.world.outcome import Rules
@@ -371,3 +371,8 @@ def test_losses_stand_where_they_arose_and_add_up(streets: Path) -> None:
     assert found.usd[square_of(301.0, 1.0)] == pytest.approx(of_contacts)
     assert found.usd[square_of(*end)] == pytest.approx(of_end)
     assert sum(found.usd.values()) == pytest.approx(of_contacts + of_end)
+
+
+def test_a_district_that_is_not_here_is_a_missing_map(tmp_path: Path) -> None:
+    with pytest.raises(MapError, match="is none, or is not here"):
+        check_distance((1.0, 2.5), str(tmp_path / "city"))

@@ -11,11 +11,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
 from harness.storage.new_run import create_run
 from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
-from harness.study.consistency import _is_recording_of
+from harness.storage.tables import read_rows
+from harness.study.consistency import _in_timings, _is_recording_of
 from harness.study.drive import TABLES
 from harness.study.verification import _are_told, _is_recorded
 from navbench.cli.app import main
@@ -218,3 +220,18 @@ def test_a_damaged_recording_is_of_no_delivery(tmp_path: Path, content: bytes) -
     assert not _is_recording_of(file, row)
     assert not _is_recorded({"trace": np.zeros((1, 11))}, file)
     assert not _are_told({"stamp_s": "double"}, [], file)
+
+
+@pytest.mark.parametrize(
+    ("share", "has_waits", "told"),
+    [(0.5, False, 3), (0.5, True, 0), (1.5, False, 3), (1.5, True, 3)],
+)
+def test_waits_at_signals_take_no_computer_time(
+    run: Path, share: float, has_waits: bool, told: int
+) -> None:
+    table = pq.read_table(run / "timings.parquet")
+    place = table.schema.get_field_index("real_time_factor")
+    factors = pa.array([share * each for each in table["real_time_factor"].to_pylist()])
+    pq.write_table(table.set_column(place, "real_time_factor", factors), run / "timings.parquet")
+    rows = read_rows(run / "episodes.parquet", EPISODE_COLUMNS)
+    assert len(list(_in_timings(run, rows, has_waits))) == told
