@@ -42,3 +42,14 @@ def why_no_meetings(study: Study) -> str:
     if people.count == 0:
         return "there is nobody to meet"
     return ""
+
+
+def why_deliveries(study: Study) -> str:
+    """Why whole deliveries are the better choice; empty: meetings are."""
+    reason = why_no_meetings(study)
+    if not reason and Parts(study.template).params.people.model == "social_force":
+        reason = (
+            "of people who make way, meetings see too few (docs/check.md); "
+            "--estimator meetings draws them all the same"
+        )
+    return reason

@@ -10,6 +10,8 @@ from navstack.types import BoolArray, FloatArray, Pose2D
 
 STEP = 0.1  # [s] of a record
 LONG = 600.0  # [s]
+# [s] after which people who make way begin anew: some wedge each other, more and more of them
+YOUNG = 120.0
 KEPT_EVERY = 20  # steps between the moments from which such people can go on
 
 
@@ -20,11 +22,21 @@ class Record:
     states: FloatArray  # (moments, people, 4): x, y [m], vx, vy [m/s], map frame
     # of those who make way for a robot, every KEPT_EVERY; empty: nobody does
     walkers: tuple[PedestrianModel, ...] = ()
+    anew: int = 0  # moments after which they begin anew; 0: they do not
 
     @property
     def people(self) -> int:
         """How many there are."""
         return int(self.states.shape[1])
+
+    @property
+    def span(self) -> int:
+        """Moments from one beginning to the next, or to the record's end."""
+        return self.anew or len(self.states)
+
+    def beginning(self, moment: int) -> int:
+        """The moment at which those of a moment began."""
+        return moment // self.span * self.span
 
     def walkers_at(self, moment: float) -> PedestrianModel:
         """People who go on by themselves from a moment, in steps from the beginning."""
@@ -36,22 +48,26 @@ class Record:
 
 
 def recorded(people: PedestrianModel, rng: np.random.Generator, robot: Pose2D) -> Record:
-    """What people do in :data:`LONG`.
+    """What people do in :data:`LONG`; those who make way begin anew after :data:`YOUNG`.
 
     Args:
         people: who begin anew, and see no robot.
         rng: of all their chance.
         robot: where they do not begin.
     """
-    people.reset(rng, robot)
-    people.see_robot(FAR_AWAY)
+    anew = count = round(LONG / STEP)
+    if people.errands is not None:
+        anew = round(YOUNG / STEP)
     moments, walkers = [], []
-    for number in range(round(LONG / STEP)):
+    for number in range(count):
+        if number % anew == 0:
+            people.reset(rng, robot)
+            people.see_robot(FAR_AWAY)
         if people.errands is not None and number % KEPT_EVERY == 0:
             walkers.append(people.twin())
         moments.append(people.states)
         people.step(STEP)
-    return Record(np.array(moments), tuple(walkers))
+    return Record(np.array(moments), tuple(walkers), anew)
 
 
 class StagedPeople(PedestrianModel):

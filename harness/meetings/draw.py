@@ -15,7 +15,8 @@ from harness.meetings.way import Way
 from navstack.types import FloatArray, IntArray
 
 EVERY = 5  # steps of the record between the moments that are looked at
-BEFORE, AFTER = 14.0, 90.0  # [s] of the record that a meeting needs around its moment
+# [s] of the record that a meeting needs around its moment; who makes way goes on without one
+BEFORE, AFTER = 14.0, 90.0
 USUAL_SPEED = 1.9  # [m/s] of a robot; it decides how many are driven, never what they come to
 LEAST_RATE = 0.25  # passings a metre per person, so that who walks along is driven, too
 
@@ -65,8 +66,16 @@ def pool_of(record: Record, way: Way, ends: float, before: float = BEFORE) -> Po
         ends: [m] before the way's end at which a delivery is over.
         before: [s] of the record that a meeting needs before its moment.
     """
-    first, last = round(before / STEP), len(record.states) - round(AFTER / STEP)
-    moments = np.arange(first, last, EVERY)
+    last = record.span
+    if not record.walkers:
+        last -= round(AFTER / STEP)
+    moments = np.concatenate(
+        [
+            np.arange(beginning + round(before / STEP), beginning + last, EVERY)
+            for beginning in range(0, len(record.states), record.span)
+        ]
+    )
+    moments = moments[moments < len(record.states)]
     states = record.states[moments].reshape(-1, 4)
     points, misses = way.nearest(states[:, :2])
     # at the first point are those behind it, whom nobody passes

@@ -160,7 +160,8 @@ def _hand_out(
 def _is_apart(mark: _Mark, meeting: Meeting, stamp: float, record: Record) -> bool:
     """Whether the person is not yet near the robot at a mark, if they meet at ``stamp`` [s]."""
     moment = int(meeting.moment + (mark.stamp - stamp) / STEP)
-    x, y, _, _ = record.states[max(moment, 0), meeting.person].tolist()
+    earliest = record.beginning(meeting.moment)
+    x, y, _, _ = record.states[max(moment, earliest), meeting.person].tolist()
     return math.hypot(x - mark.x, y - mark.y) >= APART
 
 

@@ -94,7 +94,8 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
         job: the meeting.
     """
     person = job.meeting.person
-    while _moment(delivery, job) < 0.0 and delivery.verdict is None:
+    beginning = record.beginning(job.meeting.moment)
+    while _moment(delivery, job) < beginning and delivery.verdict is None:
         delivery.drive_tick()  # the copy is older than the record
     moment = _moment(delivery, job)
     distances = _distances(delivery.truth, record.states[int(moment)])

@@ -16,8 +16,6 @@ from harness.task.study import EpisodeTask
 from navstack.types import FloatArray, IntArray
 
 STREAM = "meetings"  # the random generator of crowd and draws
-# [s] of a record in which people who make way for each other find room: they begin anywhere
-SETTLING = 30.0
 MOST = 60  # meetings of a mission; a crowded one would take minutes
 
 
@@ -90,11 +88,8 @@ def crowd_along(
         before: [s] of the record that a meeting needs before its moment.
     """
     parts, way = Parts(task), way_of(task)
-    people = parts.people()
     start = parts.mission(task.generators()["mission"]).start
-    record = recorded(people, rng, start)
-    if people.errands is not None:
-        before += SETTLING
+    record = recorded(parts.people(), rng, start)
     return way, record, pool_of(record, way, parts.rules.arrival_radius, before)
 
 

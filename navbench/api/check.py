@@ -24,7 +24,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
-from harness.meetings.allowed import INSTEAD, require_meetings, why_no_meetings
+from harness.meetings.allowed import INSTEAD, require_meetings, why_deliveries
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
 from harness.report.numbers import counted
@@ -221,7 +221,7 @@ def _estimator(given: str | None, study: Study, where: Where) -> str:
         require_meetings(study)
     if given is not None:
         return given
-    reason = why_no_meetings(study)
+    reason = why_deliveries(study)
     if not where.is_local:
         reason = "meetings are driven on this machine only"
     if not reason:

@@ -131,6 +131,17 @@ def test_without_being_asked_it_goes_by_meetings_where_they_can_be_driven(
     assert json.loads(text)["estimator"] == estimator
 
 
+def test_where_people_make_way_meetings_are_for_who_asks_for_them(
+    navbench, words: list[str], short_meetings_only: None, tmp_path: Path
+) -> None:
+    world = tmp_path / "world.yaml"
+    world.write_text("people: {model: social_force, beginning: stationary}\n")
+    options = ("--world", world, "--out", tmp_path / "run", "--budget", "0.01s", "--json")
+    status, text, err = navbench("check", *words[:-2], *options)
+    assert status == 0 and "note: by whole deliveries: of people who make way" in err
+    assert json.loads(text)["estimator"] == "deliveries"
+
+
 @pytest.mark.slow
 def test_a_check_that_was_cut_off_goes_on_to_the_same(
     navbench, checked: MeetingsChecked, tmp_path: Path

@@ -17,6 +17,8 @@ from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D
 
 PLAZA = OccupancyGrid(np.full((80, 80), FREE, dtype=np.int8), 0.5, Pose2D())
+PARAMS = PedestrianParams(model="social_force", count=12, beginning="stationary")
+ROBOT = load_dataclass(RobotParams, shipped("params") / "robots" / "segway_e1.yaml")
 ALL = np.zeros(12, dtype=np.bool_)  # hidden: nobody
 
 
@@ -74,11 +76,9 @@ def test_a_new_delivery_is_alone_again() -> None:
 @pytest.fixture(scope="module")
 def walkers() -> Record:
     """Half a minute of people who make way, on a plaza of 40 m."""
-    params = PedestrianParams(model="social_force", count=12, beginning="stationary")
-    robot = load_dataclass(RobotParams, shipped("params") / "robots" / "segway_e1.yaml")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(crowd, "LONG", 30.0)
-        people = SocialForcePedestrians(params, PLAZA, robot)
+        people = SocialForcePedestrians(PARAMS, PLAZA, ROBOT)
         return recorded(people, np.random.default_rng(3), Pose2D(20.0, 20.0))
 
 
@@ -131,3 +131,15 @@ def test_who_makes_way_can_be_pushed_hidden_and_sent_away(walkers: Record) -> No
     people.leave()
     people.step(STEP)
     assert np.isinf(people.states[:, :2]).all()
+
+
+def test_people_who_make_way_begin_anew_before_they_wedge_each_other(walkers: Record) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(crowd, "LONG", 8.0)
+        patch.setattr(crowd, "YOUNG", 4.0)
+        people = SocialForcePedestrians(PARAMS, PLAZA, ROBOT)
+        record = recorded(people, np.random.default_rng(3), Pose2D(20.0, 20.0))
+    assert (record.span, record.beginning(39), record.beginning(41)) == (40, 0, 40)
+    np.testing.assert_array_equal(record.states[:40], walkers.states[:40])
+    assert (record.states[40, :, 2:] == 0.0).all() and (record.states[39, :, 2:] != 0.0).any()
+    np.testing.assert_array_equal(record.walkers_at(57).states, record.states[57])

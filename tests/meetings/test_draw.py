@@ -1,10 +1,12 @@
 """Meetings are drawn as often as a robot would have them."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from harness.meetings.crowd import STEP, Record
-from harness.meetings.draw import drawn, pool_of
+from harness.meetings.crowd import STEP, Record, StagedPeople
+from harness.meetings.draw import AFTER, BEFORE, drawn, pool_of
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.strata import DIRECTIONS, MISSES, STRATA, strata_of
 from harness.meetings.way import SPACING, Way, resampled
@@ -84,6 +86,18 @@ def test_nobody_near_gives_no_meeting() -> None:
     pool = pool_of(far, straight_way(), 2.0)
     assert pool.looked_at > 0
     assert drawn(pool, SPREADS, 1.0, np.random.default_rng(0)) == []
+
+
+def test_every_beginning_has_meetings_once_it_is_old_enough() -> None:
+    crowd = crowd_on_a_ring()
+    count = len(crowd.states)
+    again = dataclasses.replace(crowd, walkers=(StagedPeople(60),), anew=count // 3)
+    moments = pool_of(again, straight_way(), 2.0).moments
+    assert np.unique(moments // again.span).tolist() == [0, 1, 2]
+    assert (moments % again.span).min() >= BEFORE / STEP
+    assert (moments % again.span).max() > again.span - 20, "who makes way goes on without a record"
+    once = pool_of(crowd, straight_way(), 2.0).moments
+    assert count - AFTER / STEP - 20 < once.max() < count - AFTER / STEP
 
 
 def test_a_standing_robot_is_passed_by_those_who_walk() -> None:
