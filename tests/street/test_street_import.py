@@ -247,7 +247,8 @@ def test_the_command_writes_maps_that_load_with_credit_everywhere(
     ("content", "box", "says"),
     [
         ("<osm>", BOX, "broken or cut off"),
-        ("<osm version='0.6'></osm>", BOX, "no way in the box"),
+        ("<osm version='0.6'></osm>", BOX, "has no node"),
+        ("<osm version='0.6'><node id='1' lon='24.9' lat='60.1'/></osm>", BOX, "no way in the box"),
         ("<osm version='0.6'></osm>", "1,2,3", "not W,S,E,N"),
         ("<osm version='0.6'></osm>", "3,2,1,4", "west < east"),
         ("<osm version='0.6'></osm>", "24,60,25,61", "at most 5000 m a side"),
