@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.street_losses import SQUARE, lose
+from harness.analysis.street_losses import SQUARE, in_pieces, lose
 from harness.metrics.columns import LEG_COLUMNS
 from harness.report.markdown import markdown_text
 from harness.report.street.losses import draw_losses
@@ -191,7 +191,7 @@ def street_losses(run: Run, picture: Path) -> Row:
     stack = repriced(stored.stacks[0], stored.events, prices)
     if not stack.rows or Outcome.ARRIVED.value in values(stack.rows, "outcome"):
         raise InputError(f"{run.folder}: no mission finished with its cargo simulated")
-    graph = load_graph(next(folder.glob(f"*{ROUTE_GRAPH}")))
+    graph = in_pieces(load_graph(next(folder.glob(f"*{ROUTE_GRAPH}"))))
     legs = [read_rows(leg_file(run.folder, row), LEG_COLUMNS) for row in stack.rows]
     events = [event for event in stored.events if event["stack"] == stack.name]
     found = lose(stack.rows, events, legs, graph, prices)
