@@ -23,6 +23,15 @@ from navstack.errors import InputError, UnknownNameError
 
 MOST_DAYS = 100_000
 DOCUMENT = "day.json"
+# prices that enter where deliveries are priced one by one: what to do about a day instead
+_NOT_OF_DAYS = {
+    "deliveries_per_day": "give orders_per_day",
+    "robots_per_operator": "give robots and operators",
+    "operator_shift": "give open_hour and close_hour",
+    "survey_wage": "leave it out",
+    "survey_time": "leave it out",
+    "distance_fee": "leave it out",
+}
 
 
 @dataclass(frozen=True)
@@ -98,6 +107,8 @@ def _chosen(
     for key in values:
         if key not in known:
             raise UnknownNameError("setting or price", key, known)
+        if known[key] in _NOT_OF_DAYS:
+            raise InputError(f"--set {key} has no effect on a day; {_NOT_OF_DAYS[known[key]]}")
     of_fleet = {key: value for key, value in values.items() if is_setting(fleet, key)}
     others = {key: value for key, value in values.items() if key not in of_fleet}
     of_prices = {key: value for key, value in others.items() if key in names_of(own)}

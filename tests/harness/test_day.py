@@ -134,6 +134,12 @@ def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, wr
         (("--set", "robotz=3"), 1, "did you mean"),
         (("--set", "robots=3", "--robots", "4"), 1, "--set robots and --robots are the same"),
         (("--set", "delivery_fee=-1"), 1, "delivery_fee"),
+        (
+            ("--set", "deliveries_per_day_run_per_day=9"),
+            1,
+            "no effect on a day; give orders_per_day",
+        ),
+        (("--set", "distance_fee=1"), 1, "no effect on a day"),
         (("--days", "0"), 1, "give 1 to"),
         (("--settings", "village"), 1, "village"),
         (("--seed", "-1"), 1, "negative"),

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from harness.economics.cost_terms import COST_TERMS
 from harness.economics.price import price_keys
+from harness.fleet.day_metrics import DAY_METRICS
 from harness.fleet.result import FleetResult
-from harness.fleet.study import DAY_METRICS, DAYS_EACH, CurvePoint
+from harness.fleet.study import DAYS_EACH, CurvePoint
 from harness.report.blocks import Block, Chart, Table, Text
 from harness.report.fleet.figures import draw_fleet_figures
 from harness.report.fleet.screen import answers, curve_rows, estimate_cells, setup, worth

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from harness.fleet.day_metrics import DAY_METRICS, PROFIT
 from harness.fleet.result import FleetResult, LibraryResult
-from harness.fleet.study import DAY_METRICS, PROFIT, CurvePoint, Estimate
+from harness.fleet.study import CurvePoint, Estimate
 from harness.report.blocks import Block
 from harness.report.numbers import bounds_text, counted, interval_text, number_text
 from harness.report.short.findings import lines_of
