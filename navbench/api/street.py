@@ -26,6 +26,7 @@ from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
 from harness.study.stored_run import leg_file, repriced
+from harness.task.study import check_kilometres
 from harness.world.map.scene_io import check_map_name
 from harness.world.outcome import Outcome
 from navbench.api.progress import count_shown
@@ -132,10 +133,10 @@ def route_missions(
         MapError: the graph cannot be read.
     """
     low, high = distance
-    if not 0.0 < low < high or missions < 1 or seed < 0:
+    check_kilometres(distance)
+    if missions < 1 or seed < 0:
         raise InputError(
-            f"--distance {low:g},{high:g} --missions {missions} --seed {seed}: give 0 < least < "
-            "most, at least 1 mission, and a seed from 0"
+            f"--missions {missions} --seed {seed}: give at least 1 mission, and a seed from 0"
         )
     ways, rng = load_graph(graph), np.random.default_rng(seed)
     drawn = [draw_mission(ways, 1000.0 * low, 1000.0 * high, rng) for _ in range(missions)]
