@@ -84,6 +84,14 @@ class Library:
     groups: tuple[Legs, ...]  # by number of people, rising
     capex_usd: float  # [USD/robot]
     has_cargo: bool  # whether it was simulated; else nothing is spoiled
+    folders: str = ""  # of its runs, where another library is of a stack of the same name
+
+    @property
+    def title(self) -> str:
+        """How it is called on screen and page."""
+        if self.folders:
+            return f"{self.folders}:{self.name}"
+        return self.name
 
     @property
     def size(self) -> int:

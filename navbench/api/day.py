@@ -1,5 +1,6 @@
 """A day of a fleet over deliveries that were driven."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,6 +85,11 @@ def day(
     fleet, at = _chosen(legs[0], settings, values or {}, prices)
     runs = [each for each in (legs, legs_b) if each]
     libraries = [library_of([run.stored for run in own], at.prices) for own in runs]
+    if len({library.name for library in libraries}) < len(libraries):
+        libraries = [
+            dataclasses.replace(library, folders=", ".join(run.folder.name for run in own))
+            for library, own in zip(libraries, runs, strict=True)
+        ]
     sources = [", ".join(str(run.folder) for run in own) for own in runs]
     total = len(runs) * simulated_days(fleet, days, resamples)
     with count_shown("days", total) as tell:

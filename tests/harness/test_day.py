@@ -57,6 +57,17 @@ def test_the_document_has_estimates_curves_and_the_difference(navbench, write_ru
     assert {**again, "folder": ""} == {**found, "folder": ""}
 
 
+def test_two_runs_of_one_stack_are_told_apart(navbench, write_run, tmp_path):
+    """As before and after a change."""
+    runs = [write_run(name, change=with_a_way) for name in ("before", "after")]
+    words = ("--legs", runs[0], "--legs-b", runs[1], *SMALL, "--out", tmp_path / "day")
+    status, out, _ = navbench("day", *words)
+    stack = load_run(str(runs[0])).stacks[0].name
+    assert status == 0 and f"after:{stack} in place of before:{stack}:" in out
+    found = json.loads((tmp_path / "day" / "day.json").read_text())
+    assert [library["stack"] for library in found["libraries"]] == [stack, stack]
+
+
 def test_legs_are_grouped_by_the_people_among_whom_they_were_driven(write_run):
     runs = [load_run(str(write_run(f"r{n}", pedestrians=n, seed=n))) for n in (40, 5, 20)]
     library = library_of(runs, load_prices())

@@ -53,7 +53,7 @@ def page_text(result: FleetResult, figures: Sequence[Path], folder: Path) -> str
     blocks += [Text("What a fleet of another size earns", "heading")]
     blocks += [Chart(sizes, "profit per robot and day; bars: 95 % intervals over days")]
     for found in result.libraries:
-        name = found.study.library.name
+        name = found.study.library.title
         blocks.append(_curve(f"{name}: as many robots per operator", found.by_robots))
         blocks.append(_curve(f"{name}: the same robots", found.by_operators))
     blocks.append(_settings(result))
@@ -61,7 +61,7 @@ def page_text(result: FleetResult, figures: Sequence[Path], folder: Path) -> str
 
 
 def _names(result: FleetResult) -> list[str]:
-    return [found.study.library.name for found in result.libraries]
+    return [found.study.library.title for found in result.libraries]
 
 
 def _quantities(result: FleetResult) -> Table:
