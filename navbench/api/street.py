@@ -15,7 +15,7 @@ from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
 from harness.storage.rows import values
-from harness.storage.shipped import ROUTE_GRAPH, is_district
+from harness.storage.shipped import ROUTE_GRAPH
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
@@ -186,8 +186,10 @@ def street_losses(run: Run, picture: Path) -> Row:
     stored, folder = run.stored, Path(run.stored.about["map_name"])
     if len(stored.stacks) != 1:
         raise InputError(f"{run.folder} has {len(stored.stacks)} stacks; give one as FOLDER:stack")
-    if not is_district(str(folder)):
+    if not stored.has_legs:
         raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
+    if not stored.is_on_district:
+        raise InputError(f"{run.folder}: its district {folder} is not here; put it there again")
     prices = stored.prices()
     stack = repriced(stored.stacks[0], stored.events, prices)
     if not stack.rows or Outcome.ARRIVED.value in values(stack.rows, "outcome"):

@@ -180,6 +180,33 @@ def test_a_manifest_with_a_stack_twice_or_other_notes_of_stacks_is_damaged(write
         load_run(str(run))
 
 
+@pytest.mark.parametrize("distance", [None, [0.3, 2.5]])
+def test_a_run_on_streets_without_a_missions_legs_is_refused(navbench, write_run, distance):
+    """Whole missions would be taken for legs, the way back of some for a longer way there."""
+    folder = write_run("streets", episodes=4, change=with_a_way)
+    about = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps({**about, "distance": distance}))
+    if distance is None:
+        row = load_run(str(folder)).stacks[0].rows[0]
+        file = leg_file(folder, row)
+        file.parent.mkdir(exist_ok=True)
+        write_table(file, LEG_COLUMNS, [{**row, "begin_s": 0.0}])
+    status, out, errors = navbench("day", "--legs", folder, *SMALL)
+    assert (status, out) == (1, "")
+    assert "-legs.parquet is missing, a mission's legs; give the run folder" in errors
+
+
+def test_losses_of_a_run_whose_district_was_moved(navbench, write_run):
+    folder = write_run("streets", episodes=1)
+    status, _, errors = navbench("map", "losses", folder)
+    assert status == 1 and "was not driven on a folder" in errors
+    about = json.loads((folder / "run.json").read_text())
+    moved = {**about, "map_name": "/nowhere/streets", "distance": [0.3, 2.5]}
+    (folder / "run.json").write_text(json.dumps(moved))
+    status, _, errors = navbench("map", "losses", folder)
+    assert status == 1 and "its district /nowhere/streets is not here" in errors
+
+
 def test_legs_of_the_way_back_are_legs_once(write_run):
     """The rows of missions hold the same ways; days are made of the legs alone."""
     run = load_run(str(write_run("streets", episodes=4)))
