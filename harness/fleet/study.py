@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.economics.break_even import break_even_robots_per_operator
+from harness.economics.optional_prices import OptionalPrices
 from harness.fleet.day_metrics import DAY_METRICS, PROFIT, DayMetric
 from harness.fleet.ledger import Day, FleetPrices, settle
 from harness.fleet.legs import Library
@@ -88,6 +89,21 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
             f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs "
             f"of {library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
             "orders_per_day, or longer legs"
+        )
+
+
+def require_countable_calls(settings: FleetSettings, optional: OptionalPrices) -> None:
+    """Check that all calls for help of a day can be simulated.
+
+    Raises:
+        InputError: they are more than :data:`MOST_LEGS_A_DAY`.
+    """
+    orders, rate = settings.orders_per_day.value, optional.remote_assistance_rate.value
+    if orders * rate > MOST_LEGS_A_DAY:
+        raise InputError(
+            f"{orders:g} orders with {rate:g} calls for help each (remote_assistance_rate) are "
+            f"{orders * rate:g} calls; at most {MOST_LEGS_A_DAY} a day can be simulated: give a "
+            "lower rate, or fewer orders_per_day"
         )
 
 

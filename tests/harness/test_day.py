@@ -57,6 +57,15 @@ def test_the_document_has_estimates_curves_and_the_difference(navbench, write_ru
     assert {**again, "folder": ""} == {**found, "folder": ""}
 
 
+def test_the_picture_of_many_robots_says_that_it_shows_some(navbench, write_run, tmp_path):
+    run = write_run("mine", change=with_a_way)
+    for robots, told in ((40, "what each robot does"), (41, "what the first 40 robots do")):
+        out = tmp_path / str(robots)
+        words = ("--robots", robots, "--days", 1, "--set", "orders_per_day=1", "--out", out)
+        assert navbench("day", "--legs", run, *words)[0] == 0
+        assert told in (out / "index.md").read_text()
+
+
 def test_two_runs_of_one_stack_are_told_apart(navbench, write_run, tmp_path):
     """As before and after a change."""
     runs = [write_run(name, change=with_a_way) for name in ("before", "after")]
@@ -150,6 +159,7 @@ def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, wr
             1,
             "no effect on a day; give orders_per_day",
         ),
+        (("--set", "remote_assistance_rate=1e9"), 1, "3e+11 calls; at most 2000000 a day"),
         (("--set", "distance_fee=1"), 1, "no effect on a day"),
         (("--days", "0"), 1, "give 1 to"),
         (("--settings", "village"), 1, "village"),

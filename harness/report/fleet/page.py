@@ -9,7 +9,7 @@ from harness.fleet.day_metrics import DAY_METRICS
 from harness.fleet.result import FleetResult
 from harness.fleet.study import DAYS_EACH, CurvePoint
 from harness.report.blocks import Block, Chart, Table, Text
-from harness.report.fleet.figures import draw_fleet_figures
+from harness.report.fleet.figures import MOST_STRIPS, draw_fleet_figures
 from harness.report.fleet.screen import answers, curve_rows, estimate_cells, setup, worth
 from harness.report.markdown import markdown_text
 from harness.report.numbers import counted, number_text
@@ -103,8 +103,11 @@ def _entry(key: str) -> str:
 
 
 def _strips(result: FleetResult, pictures: Sequence[str]) -> list[Block]:
+    shown = "each robot does"
+    if result.robots > MOST_STRIPS:
+        shown = f"the first {MOST_STRIPS} robots do"
     charts = [
-        Chart(picture, f"{name}: what each robot does on the first day")
+        Chart(picture, f"{name}: what {shown} on the first day")
         for name, picture in zip(_names(result), pictures, strict=True)
     ]
     return [Text("One day", "heading"), *charts]
