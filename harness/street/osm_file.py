@@ -1,5 +1,6 @@
 """The things of an OpenStreetMap extract that a street is made of, in metres."""
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,7 @@ class Extract:
     points: list[MappedThing]
     lines: list[MappedThing]
     areas: list[MappedThing]
+    covered: float = 1.0  # share of the box that the file says to have
 
 
 def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
@@ -94,9 +96,9 @@ def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
             f"{MOST_BYTES / 1e6:.0f} MB, e.g. of osmium extract --bbox W,S,E,N"
         ) from None
     try:
-        box = _box_of(osmium, path, geo)
+        box, covered = _box_of(osmium, path, geo)
         with in_order(osmium, path) as ordered:
-            found = _read(osmium, ordered, box)
+            found = dataclasses.replace(_read(osmium, ordered, box), covered=covered)
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         reason = str(error).splitlines()[0]
         raise MapError(
@@ -118,23 +120,25 @@ def _osmium() -> Any:
     return osmium
 
 
-def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
+def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> tuple[GeoBox, float]:
+    """The box that is read, and the share of it that the file says to have."""
     with osmium.io.Reader(str(path)) as reader:
         stated = reader.header().box()
     if not stated.valid() and geo is not None:
-        return geo
+        return geo, 1.0
     if not stated.valid():
         stated = _box_of_nodes(osmium, path)
     low, high = stated.bottom_left, stated.top_right
     if geo is None:
-        return GeoBox(low.lon, low.lat, high.lon, high.lat)
-    is_beside = geo.east <= low.lon or high.lon <= geo.west
-    if is_beside or geo.north <= low.lat or high.lat <= geo.south:
+        return GeoBox(low.lon, low.lat, high.lon, high.lat), 1.0
+    across = min(geo.east, high.lon) - max(geo.west, low.lon)
+    up = min(geo.north, high.lat) - max(geo.south, low.lat)
+    if across <= 0.0 or up <= 0.0:
         raise InputError(
             f"--bbox {geo.west},{geo.south},{geo.east},{geo.north} lies outside of {path.name}, "
             f"which has {low.lon},{low.lat},{high.lon},{high.lat}"
         )
-    return geo
+    return geo, across * up / ((geo.east - geo.west) * (geo.north - geo.south))
 
 
 def _box_of_nodes(osmium: Any, path: Path) -> Any:

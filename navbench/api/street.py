@@ -29,11 +29,12 @@ from harness.study.stored_run import leg_file, repriced
 from harness.task.study import check_kilometres
 from harness.world.map.scene_io import check_map_name
 from harness.world.outcome import Outcome
-from navbench.api.progress import count_shown
+from navbench.api.progress import count_shown, say
 from navbench.api.runs import Run
 from navstack.errors import InputError
 
 LENGTH_PERCENTILES = (5, 50, 95)
+_WHOLE = 0.99  # share of a box; less is told
 STEPS = 6  # of an import, that progress counts
 _PICTURE = "_picture.png"
 _WRITTEN = (".yaml", ".geojson", ".png", ".md")
@@ -79,6 +80,11 @@ def import_osm(
     told: Row = {"schema": 1, "file": file.name, "seed": seed}
     with count_shown("steps", STEPS) as tell:
         extract = read_extract(file, geo)
+        if extract.covered < _WHOLE:
+            say(
+                f"note: {100.0 * (1.0 - extract.covered):.0f} % of the box lie beyond what "
+                f"{file.name} says to have; nothing is mapped there"
+            )
         tell()
         district = build_district(extract, seed)
         tell()
