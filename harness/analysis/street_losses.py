@@ -27,11 +27,11 @@ class StreetLosses:
     usd: Mapping[Square, float]  # [USD] of contacts there, and of missions that ended there
     driven: Mapping[Square, float]  # [m] of the routes there that were driven
 
-    def per_metre(self, square: Square) -> float:
-        """[USD/m] driven there; 0 where nobody drove."""
+    def per_metre(self, square: Square) -> float | None:
+        """[USD/m] driven there; None where nobody drove, as where a robot stood only."""
         driven = self.driven.get(square, 0.0)
         if driven <= 0.0:
-            return 0.0
+            return None
         return self.usd.get(square, 0.0) / driven
 
 

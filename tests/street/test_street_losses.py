@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from harness.analysis.street_losses import in_pieces, lose
+from harness.analysis.street_losses import StreetLosses, in_pieces, lose
 from harness.economics.prices import load_prices
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.street.route_graph import RouteGraph, WayEdge
@@ -23,3 +23,9 @@ def test_metres_of_a_long_straight_way_are_of_the_squares_that_they_are_in() -> 
     assert sum(driven) == pytest.approx(80.0, abs=2.0)
     assert pieces.credit == "credit"
     assert pieces.lengths.sum() == pytest.approx(100.0)
+
+
+def test_dollars_where_nobody_drove_have_no_rate() -> None:
+    found = StreetLosses({(0, 0): 6.98}, {(1, 0): 20.0})
+    assert found.per_metre((0, 0)) is None
+    assert found.per_metre((1, 0)) == 0.0
