@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,11 +11,12 @@ from harness.economics.cost_model import running
 from harness.economics.prices import Prices
 from harness.economics.valuation import deliveries
 from harness.metrics.columns import Row
-from harness.street.route_graph import RouteGraph
+from harness.street.route_graph import RouteGraph, WayEdge
 from harness.street.routes import find_route
 from navstack.types import FloatArray
 
 SQUARE = 25.0  # [m] side of the squares by which streets are summed up
+_PIECE = 2.0  # [m] of a way that lies in one square as a whole
 Square = tuple[int, int]  # column and row
 
 
@@ -25,17 +27,34 @@ class StreetLosses:
     usd: Mapping[Square, float]  # [USD] of contacts there, and of missions that ended there
     driven: Mapping[Square, float]  # [m] of the routes there that were driven
 
-    def per_metre(self, square: Square) -> float:
-        """[USD/m] driven there; 0 where nobody drove."""
+    def per_metre(self, square: Square) -> float | None:
+        """[USD/m] driven there; None where nobody drove, as where a robot stood only."""
         driven = self.driven.get(square, 0.0)
         if driven <= 0.0:
-            return 0.0
+            return None
         return self.usd.get(square, 0.0) / driven
 
 
 def square_of(x: float, y: float) -> Square:
     """The square of a place [m]."""
     return int(x // SQUARE), int(y // SQUARE)
+
+
+def in_pieces(graph: RouteGraph) -> RouteGraph:
+    """The same ways in short pieces, each of one square; shops and homes are left out.
+
+    A straight way is one edge, however long.
+    """
+    points, pairs, edges = [graph.points], list[list[int]](), list[WayEdge]()
+    counts = np.maximum(np.ceil(graph.lengths / _PIECE), 1.0).astype(int).tolist()
+    used = len(graph.points)
+    for (start, end), edge, count in zip(graph.pairs.tolist(), graph.edges, counts, strict=True):
+        points.append(np.linspace(graph.points[start], graph.points[end], count + 1)[1:-1])
+        along = [start, *range(used, used + count - 1), end]
+        pairs += [list(pair) for pair in pairwise(along)]
+        edges += [edge] * count
+        used += count - 1
+    return RouteGraph(np.concatenate(points), np.array(pairs), edges, graph.credit)
 
 
 def lose(
@@ -54,7 +73,7 @@ def lose(
         rows: of missions whose cargo was simulated.
         events: of the stack.
         legs: of each mission.
-        graph: of the district.
+        graph: of the district, :func:`in_pieces`.
         prices: the price file.
     """
     usd: dict[Square, float] = defaultdict(float)

@@ -75,7 +75,7 @@ def limits_of(group: Any, key: str) -> tuple[float, float]:
 
 
 def with_values(group: Group, values: Mapping[str, float]) -> Group:
-    """The same group with other values under some keys; sources say so.
+    """The same group with other values under some keys, without a range; sources say so.
 
     Raises:
         UnknownNameError: a key that is not one of :func:`price_keys`, with or without its unit.
@@ -90,7 +90,9 @@ def with_values(group: Group, values: Mapping[str, float]) -> Group:
         if key in given:
             raise ParameterError(f"{given[key]} and {name} are the same price; give one of them")
         given[key] = name
-        if value != known[key].value:
+        before = known[key]
+        has_range = before.low is not None or before.high is not None
+        if value != before.value or has_range:
             group = _replaced(group, key.split("."), value)
     return group
 

@@ -84,6 +84,14 @@ class Library:
     groups: tuple[Legs, ...]  # by number of people, rising
     capex_usd: float  # [USD/robot]
     has_cargo: bool  # whether it was simulated; else nothing is spoiled
+    folders: str = ""  # of its runs, where another library is of a stack of the same name
+
+    @property
+    def title(self) -> str:
+        """How it is called on screen and page."""
+        if self.folders:
+            return f"{self.folders}:{self.name}"
+        return self.name
 
     @property
     def size(self) -> int:
@@ -108,8 +116,8 @@ def library_of(runs: Sequence[StoredRun], prices: Prices) -> Library:
     """The legs of finished runs of one stack, e.g. among different numbers of people.
 
     Raises:
-        InputError: several stacks, a run that :func:`_require_legs` refuses, or no delivery came
-            any closer to its goal.
+        InputError: several stacks, a run that :func:`_require_legs` refuses, legs that are missing,
+            or no delivery came any closer to its goal.
     """
     names = dict.fromkeys(stack.name for run in runs for stack in run.stacks)
     if len(names) > 1:
@@ -152,13 +160,21 @@ def _in_legs(run: StoredRun) -> tuple[StoredRun, IntArray]:
     """A run on a district with legs for deliveries; and each one's mission.
 
     On a map the deliveries are the legs.
+
+    Raises:
+        InputError: the legs of a mission are missing.
     """
+    if not run.has_legs:
+        return run, missions(run.stacks[0].rows)
     stack, rows, events = run.stacks[0], Rows(LEG_COLUMNS), list[Row]()
     clusters: list[int] = []
     for mission, row in enumerate(stack.rows):
         file = leg_file(run.folder, row)
         if not file.is_file():
-            return run, missions(stack.rows)
+            raise InputError(
+                f"{file} is missing, a mission's legs; give the run folder with all of its "
+                "recordings, or drive it again"
+            )
         first, legs = len(rows), read_rows(file, LEG_COLUMNS)
         begins = legs.values("begin_s")
         for event in run.events:

@@ -17,6 +17,7 @@ from harness.fleet.study import (
     Tell,
     differences,
     paying_size,
+    require_countable_calls,
     require_moving,
     sizes_of_robots,
     sizes_of_staff,
@@ -112,8 +113,10 @@ def simulate(
         tell: is called after each of the :func:`simulated_days`.
 
     Raises:
-        InputError: a way would take more than :data:`harness.fleet.study.MOST_LEGS` legs.
+        InputError: a way would take more than :data:`harness.fleet.study.MOST_LEGS` legs, or a day
+            has too many calls for help.
     """
+    require_countable_calls(settings, at.optional)
     for library in libraries:
         require_moving(library, settings)
     fleet = Fleet(settings, at, seed, tell)

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.economics.break_even import break_even_robots_per_operator
+from harness.economics.optional_prices import OptionalPrices
+from harness.fleet.day_metrics import DAY_METRICS, PROFIT, DayMetric
 from harness.fleet.ledger import Day, FleetPrices, settle
 from harness.fleet.legs import Library
 from harness.fleet.orders import draw_orders, order_times
-from harness.fleet.robots import BUSY, TROUBLED, FleetRobot
+from harness.fleet.robots import FleetRobot
 from harness.fleet.settings import FleetSettings, of_size
-from harness.fleet.simulation import End, FleetDay
+from harness.fleet.simulation import FleetDay
 from harness.statistics.bootstrap import bootstrap_mean, percentile_interval
 from harness.statistics.interval import Interval, wider
 from navstack.errors import InputError
@@ -24,75 +26,6 @@ MOST_LEGS = 1000  # of a way
 MOST_LEGS_A_DAY = 2_000_000  # some 300 MB
 TAILS = (0.025, 0.975)  # of single days
 Tell = Callable[[], None]
-
-
-@dataclass(frozen=True, slots=True)
-class DayMetric:
-    """One quantity of a day."""
-
-    title: str
-    of: Callable[[Day], float]  # NaN: the day has none
-    decimals: int = 2
-
-
-def _mean(values: FloatArray) -> float:
-    if not values.size:
-        return float("nan")
-    return float(values.mean())
-
-
-DAY_METRICS = {
-    "profit_per_robot_usd": DayMetric(
-        "Profit per robot ($/day)", lambda day: day.profit / day.robots
-    ),
-    "profit_usd": DayMetric("Profit of the fleet ($/day)", lambda day: day.profit, 0),
-    "revenue_per_robot_usd": DayMetric(
-        "Fees per robot ($/day)", lambda day: day.money["revenue"] / day.robots
-    ),
-    "deliveries": DayMetric("Deliveries a day", lambda day: day.delivered, 1),
-    "deliveries_per_robot": DayMetric(
-        "Deliveries per robot and day", lambda day: day.delivered / day.robots
-    ),
-    "orders_lost_percent": DayMetric(
-        "Orders that no robot took (%)",
-        lambda day: 100.0 * day.share_of_orders(End.LOST),
-        1,
-    ),
-    "orders_late_percent": DayMetric(
-        "Orders delivered late (%)", lambda day: 100.0 * day.share_of_orders(End.LATE), 1
-    ),
-    "orders_failed_percent": DayMetric(
-        "Orders failed (%)", lambda day: 100.0 * day.share_of_orders(End.FAILED), 1
-    ),
-    "utilisation_percent": DayMetric(
-        "Robots load, drive, hand over (%)", lambda day: 100.0 * day.share_in(BUSY), 1
-    ),
-    "trouble_percent": DayMetric(
-        "Robots wait for or get help (%)", lambda day: 100.0 * day.share_in(TROUBLED), 1
-    ),
-    "operators_busy_percent": DayMetric(
-        "Operators help (%)", lambda day: 100.0 * day.operators_busy, 1
-    ),
-    "customer_wait_min": DayMetric(
-        "Customers wait (min)", lambda day: _mean(day.customer_waits), 1
-    ),
-    "operator_wait_min": DayMetric(
-        "Robots wait for an operator (min)", lambda day: _mean(day.robot_waits)
-    ),
-    "field_wait_min": DayMetric(
-        "Robots wait for a field worker (min)", lambda day: _mean(day.field_waits), 1
-    ),
-    "robot_hours_per_delivery_h": DayMetric(
-        "Robot time per delivery (h)", lambda day: day.hours_in(BUSY) / max(day.delivered, 1)
-    ),
-    "distance_per_delivery_km": DayMetric(
-        "Way per delivery (km)", lambda day: day.distance / max(day.delivered, 1)
-    ),
-    "energy_per_km_wh": DayMetric(
-        "Energy (Wh/km)", lambda day: day.energy.charged / max(day.distance, 1e-9), 0
-    ),
-}
-PROFIT = "profit_per_robot_usd"
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +89,21 @@ def require_moving(library: Library, settings: FleetSettings, when: str = "") ->
             f"{orders:g} orders of {settings.way.value:g} km there and back take {legs:.0f} legs "
             f"of {library.name}; at most {MOST_LEGS_A_DAY} a day can be simulated: give fewer "
             "orders_per_day, or longer legs"
+        )
+
+
+def require_countable_calls(settings: FleetSettings, optional: OptionalPrices) -> None:
+    """Check that all calls for help of a day can be simulated.
+
+    Raises:
+        InputError: they are more than :data:`MOST_LEGS_A_DAY`.
+    """
+    orders, rate = settings.orders_per_day.value, optional.remote_assistance_rate.value
+    if orders * rate > MOST_LEGS_A_DAY:
+        raise InputError(
+            f"{orders:g} orders with {rate:g} calls for help each (remote_assistance_rate) are "
+            f"{orders * rate:g} calls; at most {MOST_LEGS_A_DAY} a day can be simulated: give a "
+            "lower rate, or fewer orders_per_day"
         )
 
 

@@ -9,12 +9,18 @@ import shapely
 from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
-from harness.street.rules import RULES, carriageway_width, tagged_height, walk_kind, walk_width
+from harness.street.rules import (
+    RULES,
+    carriageway_width,
+    is_open,
+    tagged_height,
+    walk_kind,
+    walk_width,
+)
 from harness.street.walks import (
     Street,
     Walk,
     drawn_walks,
-    is_open,
     side_walks,
     streets_of,
 )

@@ -1,8 +1,6 @@
 """The things of an OpenStreetMap extract that a street is made of, in metres."""
 
-import contextlib
-import tempfile
-from collections.abc import Iterator
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ import numpy as np
 import shapely
 from pyproj import Proj
 
+from harness.street.osm_order import in_order
 from harness.street.rules import is_below_or_above
 from harness.world.map.shapes import Rect
 from navstack.errors import InputError, MapError
@@ -22,7 +21,6 @@ MOST_BYTES = 200_000_000  # of a file; a city's extract
 MOST_EXTENT = 5000.0  # [m] of a box
 AROUND = 30.0  # [m] beyond the box that is read
 MOST_CORNERS = 2000  # of a way, as OpenStreetMap allows
-_DRAFTS = 10**15  # above the number of all that is uploaded
 _SUFFIXES = (".pbf", ".osm", ".osm.gz", ".osm.bz2", ".osm.xml")
 _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign "
@@ -73,6 +71,7 @@ class Extract:
     points: list[MappedThing]
     lines: list[MappedThing]
     areas: list[MappedThing]
+    covered: float = 1.0  # share of the box that the file says to have
 
 
 def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
@@ -97,15 +96,16 @@ def read_extract(path: Path, geo: GeoBox | None = None) -> Extract:
             f"{MOST_BYTES / 1e6:.0f} MB, e.g. of osmium extract --bbox W,S,E,N"
         ) from None
     try:
-        geo = _box_of(osmium, path, geo)
-        with _in_order(osmium, path) as ordered:
-            found = _read(osmium, ordered, geo)
+        box, covered = _box_of(osmium, path, geo)
+        with in_order(osmium, path) as ordered:
+            found = dataclasses.replace(_read(osmium, ordered, box), covered=covered)
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         reason = str(error).splitlines()[0]
         raise MapError(
             f"{path}: is broken or cut off ({reason}); download the extract again"
         ) from None
     if not found.lines and not found.areas:
+        _box_of_nodes(osmium, path)
         raise InputError(f"{path}: has no way in the box; check --bbox W,S,E,N")
     return found
 
@@ -120,89 +120,43 @@ def _osmium() -> Any:
     return osmium
 
 
-def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> GeoBox:
+def _box_of(osmium: Any, path: Path, geo: GeoBox | None) -> tuple[GeoBox, float]:
+    """The box that is read, and the share of it that the file says to have."""
     with osmium.io.Reader(str(path)) as reader:
         stated = reader.header().box()
     if not stated.valid() and geo is not None:
-        return geo
+        return geo, 1.0
     if not stated.valid():
-        _extend_to_nodes(osmium, path, stated)
+        stated = _box_of_nodes(osmium, path)
     low, high = stated.bottom_left, stated.top_right
     if geo is None:
-        return GeoBox(low.lon, low.lat, high.lon, high.lat)
-    is_beside = geo.east <= low.lon or high.lon <= geo.west
-    if is_beside or geo.north <= low.lat or high.lat <= geo.south:
+        return GeoBox(low.lon, low.lat, high.lon, high.lat), 1.0
+    across = min(geo.east, high.lon) - max(geo.west, low.lon)
+    up = min(geo.north, high.lat) - max(geo.south, low.lat)
+    if across <= 0.0 or up <= 0.0:
         raise InputError(
             f"--bbox {geo.west},{geo.south},{geo.east},{geo.north} lies outside of {path.name}, "
             f"which has {low.lon},{low.lat},{high.lon},{high.lat}"
         )
-    return geo
+    return geo, across * up / ((geo.east - geo.west) * (geo.north - geo.south))
 
 
-def _extend_to_nodes(osmium: Any, path: Path, box: Any) -> None:
-    """Extend an empty box to all nodes of a file.
+def _box_of_nodes(osmium: Any, path: Path) -> Any:
+    """The box around all nodes of a file.
 
     Raises:
         InputError: it has none.
     """
+    box = osmium.io.Header().box()
     for node in osmium.FileProcessor(str(path), osmium.osm.NODE):
         if node.location.valid():
             box.extend(node.location)
     if not box.valid():
-        raise InputError(f"{path}: has no node; give an extract with streets")
-
-
-@contextlib.contextmanager
-def _in_order(osmium: Any, path: Path) -> Iterator[Path]:
-    """The same file with nodes before ways, by number, as reading in one go asks for.
-
-    Extracts in PBF are in order; XML of query services often has ways before their nodes.
-    """
-    if path.name.endswith(".pbf") and _first(osmium, path)[0]:
-        yield path
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        ordered = Path(folder) / "ordered.osm.pbf"
-        merger = osmium.MergeInputReader()
-        merger.add_file(str(path))
-        with osmium.SimpleWriter(str(ordered)) as writer:
-            merger.apply(writer)
-        if _first(osmium, ordered)[1] < 0:
-            ordered = _numbered(osmium, ordered)
-        yield ordered
-
-
-def _first(osmium: Any, path: Path) -> tuple[bool, int]:
-    """Whether the first object of a file is a node, and its number; an empty file is in order."""
-    for one in osmium.FileProcessor(str(path)):
-        return one.is_node(), one.id
-    return True, 0
-
-
-def _numbered(osmium: Any, path: Path) -> Path:
-    """The same file without negative numbers, which editors give what is drawn and not uploaded.
-
-    osmium finds no places of such nodes.
-    """
-    numbered = path.with_name("numbered.osm.pbf")
-    with osmium.SimpleWriter(str(numbered)) as writer:
-        for one in osmium.FileProcessor(str(path)):
-            number = _positive(one.id)
-            if one.is_node():
-                writer.add_node(one.replace(id=number))
-            elif one.is_way():
-                nodes = [_positive(node.ref) for node in one.nodes]
-                writer.add_way(one.replace(id=number, nodes=nodes))
-            else:
-                members = [(each.type, _positive(each.ref), each.role) for each in one.members]
-                writer.add_relation(one.replace(id=number, members=members))
-    return numbered
-
-
-def _positive(number: int) -> int:
-    if number < 0:
-        return _DRAFTS - number
-    return number
+        raise InputError(
+            f"{path}: has no node; give an extract of ways with their nodes, from Overpass e.g. "
+            "with (._;>;);out;"
+        )
+    return box
 
 
 def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
@@ -222,7 +176,7 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
     found: dict[str, list[MappedThing]] = {"point": [], "line": [], "area": []}
     for one in objects:
         tags = dict(one.tags)
-        if is_below_or_above(tags):
+        if one.deleted or is_below_or_above(tags):
             continue
         for kind, shape, nodes in _shapes(osmium, factory, one):
             geometry = shapely.transform(shape, lambda lonlat: _metres(project, lonlat))
@@ -289,7 +243,7 @@ def _check_line(kind: str, number: int, geometry: shapely.Geometry) -> None:
 
 def _is_loop(area: Any) -> bool:
     """Whether a closed way is a line that ends where it begins, as a path around a pond."""
-    is_line = "highway" in area.tags or "barrier" in area.tags
+    is_line = "highway" in area.tags or ("barrier" in area.tags and "building" not in area.tags)
     return bool(area.from_way()) and is_line and area.tags.get("area") != "yes"
 
 

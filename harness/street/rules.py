@@ -8,8 +8,14 @@ from typing import Any
 
 _LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|cm)?\s*")
 _FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|feet|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
+# a level or several, as 0;1 and 0-5; the lowest stands first
+_GROUND_FLOOR = re.compile(r"\s*(?:[+-]?0+(?:\.0+)?\s*(?:[-;,].*)?)?")
+_LAYER = re.compile(r"\s*[+-]?\d{1,2}\s*")  # anything else says nothing
+# access= and foot= of what is not for everybody
+_CLOSED = ("private", "no", "use_sidepath", "military", "permit", "residents")
 _FOOT, _INCH, _CENTIMETRE = 0.3048, 0.0254, 0.01  # [m]
 LEAST_WIDTH, MOST_WIDTH = 0.3, 60.0  # [m] of a way's tag that is believed
+WELCOME = ("yes", "designated", "permissive")  # foot=
 LEAST_HEIGHT, MOST_HEIGHT = 0.05, 1000.0  # [m] of a wall's or a building's
 
 
@@ -72,7 +78,7 @@ def _within(text: str, least: float, most: float) -> float | None:
 def walk_kind(tags: dict[str, str]) -> str:
     """The entry of ``walk_widths`` that a way for people has; empty: it is none."""
     highway = tags.get("highway", "")
-    if highway == "cycleway" and tags.get("foot") not in ("yes", "designated"):
+    if highway == "cycleway" and tags.get("foot") not in WELCOME:
         return ""
     if highway == "service" and tags.get("service") == "parking_aisle":
         return ""
@@ -115,24 +121,37 @@ def _parking_sides(tags: dict[str, str]) -> int:
 
 def sidewalk_sides(tags: dict[str, str]) -> dict[str, str]:
     """Which sides of a street have a sidewalk of their own: 'left', 'right' -> 'tag' or 'rule'."""
+    if tags.get("access") == "private" and not is_open(tags):
+        return {}
     tagged = tags.get("sidewalk") or tags.get("sidewalk:both") or ""
+    is_filled_in = tags["highway"] in RULES.street["has_sidewalks"] and is_open_on_foot(tags)
     sides = {}
     for side in ("left", "right"):
         value = tags.get(f"sidewalk:{side}", tagged)
-        if value in ("both", "yes", side):
+        if {"both", "yes", side} & set(value.split(";")):
             sides[side] = "tag"
-        elif not value and tags["highway"] in RULES.street["has_sidewalks"]:
+        elif not value and is_filled_in:
             sides[side] = "rule"
     return sides
 
 
+def is_open(tags: dict[str, str]) -> bool:
+    """Whether people may walk there; what is said of people counts before what is said of all."""
+    return tags.get("foot", tags.get("access")) not in _CLOSED
+
+
+def is_open_on_foot(tags: dict[str, str]) -> bool:
+    """Whether nothing forbids people in particular; access=no may be of a street for buses."""
+    return tags.get("foot") not in _CLOSED
+
+
 def is_below_or_above(tags: dict[str, str]) -> bool:
     """Whether a thing is not on the ground: in a tunnel, indoors, on a deck, or not built."""
-    layer = tags.get("layer", "0")
     passage = tags.get("tunnel") == "building_passage"
     in_tunnel = tags.get("tunnel", "no") not in ("no", "building_passage")
     if in_tunnel or tags.get("indoor", "no") != "no" or tags.get("location") == "underground":
         return True
-    if tags.get("level", "0").split(";")[0] not in ("0", ""):
+    if _GROUND_FLOOR.fullmatch(tags.get("level", "0")) is None:
         return True
-    return layer not in ("0", "1") and not passage
+    layer = _LAYER.fullmatch(tags.get("layer", "0"))
+    return layer is not None and int(layer[0]) not in (0, 1) and not passage

@@ -11,6 +11,7 @@ from harness.street.osm_file import Extract, MappedThing
 from harness.street.rules import (
     RULES,
     carriageway_width,
+    is_open,
     sidewalk_sides,
     tagged_length,
     walk_kind,
@@ -102,13 +103,6 @@ def drawn_walks(extract: Extract) -> list[Walk]:
     return found
 
 
-def is_open(tags: dict[str, str]) -> bool:
-    """Whether people may walk there."""
-    if tags.get("foot") in ("yes", "designated", "permissive"):
-        return True
-    return tags.get("access") not in ("private", "no") and tags.get("foot") not in ("no", "private")
-
-
 def crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tuple[bool, bool]:
     """Whether a crossing has signals, and whether its kerbs are steps."""
     tags = [thing.tags, *(at_node[node] for node in thing.nodes if node in at_node)]
@@ -118,7 +112,8 @@ def crossing_tags(thing: MappedThing, at_node: dict[int, dict[str, str]]) -> tup
 
 def has_signals(tags: dict[str, str]) -> bool:
     """Whether a crossing has signals."""
-    return tags.get("crossing") in _SIGNALLED or tags.get("crossing:signals") == "yes"
+    kinds = tags.get("crossing", "").split(";")
+    return any(kind in _SIGNALLED for kind in kinds) or tags.get("crossing:signals", "no") != "no"
 
 
 def side_walks(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from harness.episode.factory import Parts
 from harness.episode.files import rules_of
-from harness.episode.places import legs_of
+from harness.episode.places import legs_of, way_there
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.study.compile_ahead import compile_ahead
 from harness.task.stack import ROS2, Stack
@@ -118,10 +118,14 @@ def leg_notes(study: Study) -> list[str]:
             f"'{template.map_name}' leave it out, or give one of its maps"
         )
     legs = legs_of(dataclasses.replace(template, episode=study.numbers[0]))
-    return [
+    there = way_there(legs)
+    note = (
         f"a delivery is a whole mission here, in legs of about 100 m; "
-        f"the first has {len(legs)} legs and {legs[0].way:.0f} m"
-    ]
+        f"the first has {len(there)} legs and {there[0].way:.0f} m"
+    )
+    if len(there) < len(legs):
+        note += ", and as many back"
+    return [note]
 
 
 def sensor_notes(stack: Stack, scene: Scene) -> list[str]:

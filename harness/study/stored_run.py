@@ -79,6 +79,16 @@ class StoredRun:
         return is_district(str(self.about["map_name"]))
 
     @property
+    def has_legs(self) -> bool:
+        """Whether its deliveries are missions in legs, also where their district is not here."""
+        is_drawn_there = self.about.get("distance") or self.about.get("missions") == "osm"
+        return bool(is_drawn_there) or self.is_on_district or self._keeps_legs()
+
+    def _keeps_legs(self) -> bool:
+        rows = (row for stack in self.stacks for row in stack.rows)
+        return any(leg_file(self.folder, row).is_file() for row in rows)
+
+    @property
     def is_whole(self) -> bool:
         """Whether each stack has driven all deliveries that were asked for."""
         return all(

@@ -241,15 +241,25 @@ def check_distance(distance: tuple[float, float], map_name: str) -> None:
         InputError: it is out of range.
         MapError: the map is no district.
     """
+    check_kilometres(distance)
     least, most = distance
-    if not 0.0 < least < most <= MOST_KILOMETRES:
-        raise InputError(
-            f"--distance {least:g},{most:g}: give 0 < least < most, at most {MOST_KILOMETRES:g} km"
-        )
     if not is_district(map_name):
         raise MapError(
             f"--distance {least:g},{most:g} is for a folder of navbench map osm; '{map_name}' is "
             "none, or is not here; give such a folder, or leave it out"
+        )
+
+
+def check_kilometres(distance: tuple[float, float]) -> None:
+    """Check the distance [km] of missions on streets, of whatever map.
+
+    Raises:
+        InputError: it is out of range.
+    """
+    least, most = distance
+    if not 0.0 < least < most <= MOST_KILOMETRES:
+        raise InputError(
+            f"--distance {least:g},{most:g}: give 0 < least < most, at most {MOST_KILOMETRES:g} km"
         )
 
 

@@ -1,5 +1,6 @@
 """A day of a fleet over deliveries that were driven."""
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,15 @@ from navstack.errors import InputError, UnknownNameError
 
 MOST_DAYS = 100_000
 DOCUMENT = "day.json"
+# prices that enter where deliveries are priced one by one: what to do about a day instead
+_NOT_OF_DAYS = {
+    "deliveries_per_day": "give orders_per_day",
+    "robots_per_operator": "give robots and operators",
+    "operator_shift": "give open_hour and close_hour",
+    "survey_wage": "leave it out",
+    "survey_time": "leave it out",
+    "distance_fee": "leave it out",
+}
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,11 @@ def day(
     fleet, at = _chosen(legs[0], settings, values or {}, prices)
     runs = [each for each in (legs, legs_b) if each]
     libraries = [library_of([run.stored for run in own], at.prices) for own in runs]
+    if len({library.name for library in libraries}) < len(libraries):
+        libraries = [
+            dataclasses.replace(library, folders=", ".join(run.folder.name for run in own))
+            for library, own in zip(libraries, runs, strict=True)
+        ]
     sources = [", ".join(str(run.folder) for run in own) for own in runs]
     total = len(runs) * simulated_days(fleet, days, resamples)
     with count_shown("days", total) as tell:
@@ -98,6 +113,8 @@ def _chosen(
     for key in values:
         if key not in known:
             raise UnknownNameError("setting or price", key, known)
+        if known[key] in _NOT_OF_DAYS:
+            raise InputError(f"--set {key} has no effect on a day; {_NOT_OF_DAYS[known[key]]}")
     of_fleet = {key: value for key, value in values.items() if is_setting(fleet, key)}
     others = {key: value for key, value in values.items() if key not in of_fleet}
     of_prices = {key: value for key, value in others.items() if key in names_of(own)}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.analysis.street_losses import SQUARE, lose
+from harness.analysis.street_losses import SQUARE, in_pieces, lose
 from harness.metrics.columns import LEG_COLUMNS
 from harness.report.markdown import markdown_text
 from harness.report.street.losses import draw_losses
@@ -15,7 +15,7 @@ from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
 from harness.storage.rows import values
-from harness.storage.shipped import ROUTE_GRAPH, is_district
+from harness.storage.shipped import ROUTE_GRAPH
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
@@ -26,13 +26,15 @@ from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
 from harness.street.statistics import measure_district
 from harness.study.stored_run import leg_file, repriced
+from harness.task.study import check_kilometres
 from harness.world.map.scene_io import check_map_name
 from harness.world.outcome import Outcome
-from navbench.api.progress import count_shown
+from navbench.api.progress import count_shown, say
 from navbench.api.runs import Run
 from navstack.errors import InputError
 
 LENGTH_PERCENTILES = (5, 50, 95)
+_WHOLE = 0.99  # share of a box; less is told
 STEPS = 6  # of an import, that progress counts
 _PICTURE = "_picture.png"
 _WRITTEN = (".yaml", ".geojson", ".png", ".md")
@@ -78,6 +80,11 @@ def import_osm(
     told: Row = {"schema": 1, "file": file.name, "seed": seed}
     with count_shown("steps", STEPS) as tell:
         extract = read_extract(file, geo)
+        if extract.covered < _WHOLE:
+            say(
+                f"note: {100.0 * (1.0 - extract.covered):.0f} % of the box lie beyond what "
+                f"{file.name} says to have; nothing is mapped there"
+            )
         tell()
         district = build_district(extract, seed)
         tell()
@@ -132,10 +139,10 @@ def route_missions(
         MapError: the graph cannot be read.
     """
     low, high = distance
-    if not 0.0 < low < high or missions < 1 or seed < 0:
+    check_kilometres(distance)
+    if missions < 1 or seed < 0:
         raise InputError(
-            f"--distance {low:g},{high:g} --missions {missions} --seed {seed}: give 0 < least < "
-            "most, at least 1 mission, and a seed from 0"
+            f"--missions {missions} --seed {seed}: give at least 1 mission, and a seed from 0"
         )
     ways, rng = load_graph(graph), np.random.default_rng(seed)
     drawn = [draw_mission(ways, 1000.0 * low, 1000.0 * high, rng) for _ in range(missions)]
@@ -185,13 +192,15 @@ def street_losses(run: Run, picture: Path) -> Row:
     stored, folder = run.stored, Path(run.stored.about["map_name"])
     if len(stored.stacks) != 1:
         raise InputError(f"{run.folder} has {len(stored.stacks)} stacks; give one as FOLDER:stack")
-    if not is_district(str(folder)):
+    if not stored.has_legs:
         raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
+    if not stored.is_on_district:
+        raise InputError(f"{run.folder}: its district {folder} is not here; put it there again")
     prices = stored.prices()
     stack = repriced(stored.stacks[0], stored.events, prices)
     if not stack.rows or Outcome.ARRIVED.value in values(stack.rows, "outcome"):
         raise InputError(f"{run.folder}: no mission finished with its cargo simulated")
-    graph = load_graph(next(folder.glob(f"*{ROUTE_GRAPH}")))
+    graph = in_pieces(load_graph(next(folder.glob(f"*{ROUTE_GRAPH}"))))
     legs = [read_rows(leg_file(run.folder, row), LEG_COLUMNS) for row in stack.rows]
     events = [event for event in stored.events if event["stack"] == stack.name]
     found = lose(stack.rows, events, legs, graph, prices)

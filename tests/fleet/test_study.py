@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from harness.fleet.day_metrics import PROFIT
 from harness.fleet.orders import draw_orders, order_times
 from harness.fleet.result import simulate, simulated_days
 from harness.fleet.settings import HourlyCurve, checked, load_settings
-from harness.fleet.study import PROFIT, Fleet, differences, paying_size, require_moving
+from harness.fleet.study import Fleet, differences, paying_size, require_moving
 from navstack.errors import InputError, ParameterError, UnknownNameError
 
 from .given import make_legs, make_library, make_prices, make_settings
@@ -37,6 +38,19 @@ def test_the_same_seed_gives_the_same_days():
     assert first.estimates == again.estimates
     assert [day.money for day in first.days] == [day.money for day in again.days]
     assert first.estimates != other.estimates
+
+
+def test_what_a_day_without_orders_has_not_is_not_known():
+    """Of three days one has a delivery; the others idle all the same."""
+    none = fleet_of(orders_per_day=0, idle_power=36).study(make_library(), 2, 0).estimates
+    few = fleet_of(orders_per_day=0.5, seed=2, idle_power=36).study(make_library(), 3, 0)
+    delivered = [day for day in few.days if day.delivered]
+    assert 0 < len(delivered) < len(few.days)
+    for key in ("robot_hours_per_delivery_h", "distance_per_delivery_km", "energy_per_km_wh"):
+        assert none[key].mean.value is None
+    energy = np.mean([day.energy.charged / day.distance for day in delivered])
+    assert few.estimates["energy_per_km_wh"].mean.value == pytest.approx(energy)
+    assert few.estimates["distance_per_delivery_km"].mean.value == pytest.approx(2.0)
 
 
 def test_libraries_that_are_alike_differ_in_nothing():
@@ -168,3 +182,12 @@ def test_more_legs_a_day_than_memory_holds_are_refused():
     settings = make_settings(orders_per_day=1e6, way=50.0)
     with pytest.raises(InputError, match="at most 2000000 a day can be simulated"):
         require_moving(make_library(), settings)
+
+
+def test_a_way_that_is_set_is_as_long_as_it_says_also_at_its_usual_length():
+    """The file has a range, from which ways are drawn."""
+    usual = load_settings()
+    assert usual.way.low is not None
+    for length in (usual.way.value, 2.0):
+        way = load_settings(values={"way": length}).way
+        assert (way.value, way.low, way.high) == (length, None, None)

@@ -57,6 +57,26 @@ def test_the_document_has_estimates_curves_and_the_difference(navbench, write_ru
     assert {**again, "folder": ""} == {**found, "folder": ""}
 
 
+def test_the_picture_of_many_robots_says_that_it_shows_some(navbench, write_run, tmp_path):
+    run = write_run("mine", change=with_a_way)
+    for robots, told in ((40, "what each robot does"), (41, "what the first 40 robots do")):
+        out = tmp_path / str(robots)
+        words = ("--robots", robots, "--days", 1, "--set", "orders_per_day=1", "--out", out)
+        assert navbench("day", "--legs", run, *words)[0] == 0
+        assert told in (out / "index.md").read_text()
+
+
+def test_two_runs_of_one_stack_are_told_apart(navbench, write_run, tmp_path):
+    """As before and after a change."""
+    runs = [write_run(name, change=with_a_way) for name in ("before", "after")]
+    words = ("--legs", runs[0], "--legs-b", runs[1], *SMALL, "--out", tmp_path / "day")
+    status, out, _ = navbench("day", *words)
+    stack = load_run(str(runs[0])).stacks[0].name
+    assert status == 0 and f"after:{stack} in place of before:{stack}:" in out
+    found = json.loads((tmp_path / "day" / "day.json").read_text())
+    assert [library["stack"] for library in found["libraries"]] == [stack, stack]
+
+
 def test_legs_are_grouped_by_the_people_among_whom_they_were_driven(write_run):
     runs = [load_run(str(write_run(f"r{n}", pedestrians=n, seed=n))) for n in (40, 5, 20)]
     library = library_of(runs, load_prices())
@@ -134,6 +154,13 @@ def test_legs_that_lead_nowhere_when_they_are_resampled_are_refused(navbench, wr
         (("--set", "robotz=3"), 1, "did you mean"),
         (("--set", "robots=3", "--robots", "4"), 1, "--set robots and --robots are the same"),
         (("--set", "delivery_fee=-1"), 1, "delivery_fee"),
+        (
+            ("--set", "deliveries_per_day_run_per_day=9"),
+            1,
+            "no effect on a day; give orders_per_day",
+        ),
+        (("--set", "remote_assistance_rate=1e9"), 1, "3e+11 calls; at most 2000000 a day"),
+        (("--set", "distance_fee=1"), 1, "no effect on a day"),
         (("--days", "0"), 1, "give 1 to"),
         (("--settings", "village"), 1, "village"),
         (("--seed", "-1"), 1, "negative"),
@@ -161,6 +188,33 @@ def test_a_manifest_with_a_stack_twice_or_other_notes_of_stacks_is_damaged(write
     (run / "run.json").write_text(json.dumps(about))
     with pytest.raises(InputError, match=r"run\.json: is damaged"):
         load_run(str(run))
+
+
+@pytest.mark.parametrize("distance", [None, [0.3, 2.5]])
+def test_a_run_on_streets_without_a_missions_legs_is_refused(navbench, write_run, distance):
+    """Whole missions would be taken for legs, the way back of some for a longer way there."""
+    folder = write_run("streets", episodes=4, change=with_a_way)
+    about = json.loads((folder / "run.json").read_text())
+    (folder / "run.json").write_text(json.dumps({**about, "distance": distance}))
+    if distance is None:
+        row = load_run(str(folder)).stacks[0].rows[0]
+        file = leg_file(folder, row)
+        file.parent.mkdir(exist_ok=True)
+        write_table(file, LEG_COLUMNS, [{**row, "begin_s": 0.0}])
+    status, out, errors = navbench("day", "--legs", folder, *SMALL)
+    assert (status, out) == (1, "")
+    assert "-legs.parquet is missing, a mission's legs; give the run folder" in errors
+
+
+def test_losses_of_a_run_whose_district_was_moved(navbench, write_run):
+    folder = write_run("streets", episodes=1)
+    status, _, errors = navbench("map", "losses", folder)
+    assert status == 1 and "was not driven on a folder" in errors
+    about = json.loads((folder / "run.json").read_text())
+    moved = {**about, "map_name": "/nowhere/streets", "distance": [0.3, 2.5]}
+    (folder / "run.json").write_text(json.dumps(moved))
+    status, _, errors = navbench("map", "losses", folder)
+    assert status == 1 and "its district /nowhere/streets is not here" in errors
 
 
 def test_legs_of_the_way_back_are_legs_once(write_run):

@@ -1,5 +1,6 @@
 """Shapes that files of OpenStreetMap have: cut ways, ways before nodes, areas of several ways."""
 
+import gzip
 import re
 from pathlib import Path
 
@@ -115,3 +116,54 @@ def test_a_square_of_several_ways_has_its_hole(tmp_path: Path) -> None:
     plazas = build_district(extract, 0).ground.plazas
     assert plazas.area == pytest.approx(60.0 * 60.0 - 20.0 * 20.0, rel=0.01)
     assert not plazas.contains(shapely.Point(50.0, 50.0))
+
+
+@pytest.mark.parametrize("mark", ['visible="false"', "action='delete'"])
+def test_what_is_deleted_is_no_street(tmp_path: Path, mark: str) -> None:
+    """Editors keep what is deleted and not uploaded, with a mark."""
+    nodes = row_of_nodes(10.0, 50.0, 120.0)
+    path = element("way", 1, (1, 2, 3), highway="footway")
+    deleted = element("way", 2, (1, 3), highway="footway").replace("<way ", f"<way {mark} ")
+    assert [line.nodes for line in extract_of(tmp_path, *nodes, path, deleted).lines] == [(1, 2, 3)]
+    packed = tmp_path / "town.osm.gz"
+    packed.write_bytes(gzip.compress((tmp_path / "town.osm").read_bytes()))
+    assert len(read_extract(packed, GEO).lines) == 1
+
+
+def test_a_history_file_has_its_streets_as_they_are_now(tmp_path: Path) -> None:
+    nodes = row_of_nodes(10.0, 50.0, 120.0)
+    moved = node_element(1, 30.0, 100.0)
+    path = element("way", 1, (1, 3), highway="footway")
+    shorter = element("way", 1, (1, 2), highway="footway")
+    gone = element("way", 2, (1, 3), highway="footway")
+    removed = gone.replace("<way ", "<way visible='false' ")
+    later = [each.replace('version="1"', 'version="2"') for each in (moved, shorter, removed)]
+    body = "".join([nodes[0], later[0], *nodes[1:], path, later[1], gone, later[2]])
+    text, history = tmp_path / "town.osh", tmp_path / "town.osh.pbf"
+    text.write_text(f'<osm version="0.6">{body}</osm>', encoding="utf-8")
+    with osmium.SimpleWriter(str(history)) as writer:
+        for one in osmium.FileProcessor(str(text)):
+            writer.add(one)
+    (line,) = read_extract(history, GEO).lines
+    assert line.nodes == (1, 2)
+    assert line.geometry.length == pytest.approx(20.0, rel=0.01)
+
+
+@pytest.mark.parametrize("geo", [GEO, None])
+def test_ways_without_their_nodes_are_told_from_an_empty_box(
+    tmp_path: Path, geo: GeoBox | None
+) -> None:
+    """A query may ask for ways alone."""
+    file = tmp_path / "town.osm"
+    way = element("way", 1, (1, 2), highway="footway")
+    file.write_text(f'<osm version="0.6">{way}</osm>', encoding="utf-8")
+    with pytest.raises(InputError, match="ways with their nodes"):
+        read_extract(file, geo)
+
+
+def test_a_house_that_a_wall_surrounds_is_a_house(tmp_path: Path) -> None:
+    corners = [(20, 20), (40, 20), (40, 40), (20, 40)]
+    nodes = [node_element(number + 1, *corner) for number, corner in enumerate(corners)]
+    house = element("way", 1, (1, 2, 3, 4, 1), building="yes", barrier="wall")
+    (area,) = extract_of(tmp_path, *nodes, house).areas
+    assert area.geometry.area == pytest.approx(400.0, rel=0.01)

@@ -9,7 +9,8 @@ from harness.street.district import District, build_district
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.places import with_places
 from harness.street.route_graph import build_graph
-from harness.street.walks import Street
+from harness.street.rules import sidewalk_sides, walk_kind
+from harness.street.walks import Street, has_signals
 from harness.world.map.scene_io import load_scene
 from navbench.api.street import import_osm
 from tests.street.town import BOX, SOUTH, WEST, Point, Town, small_town
@@ -206,3 +207,72 @@ def test_towers_and_low_walls_are_as_high_as_tagged(tmp_path: Path) -> None:
     town.way((120, 20), (180, 20), barrier="wall", height="0.2")
     built = district_of(town, tmp_path).ground.built
     assert {height for _, _, height in built} == {15.0, 180.0, 0.2}
+
+
+@pytest.mark.parametrize(
+    ("tags", "is_there"),
+    [
+        ({"level": "0-1"}, True),
+        ({"level": "0.0"}, True),
+        ({"level": "1-2"}, False),
+        ({"layer": "+1"}, True),
+        ({"layer": "ground"}, True),
+        ({"layer": "-1"}, False),
+        ({"access": "military"}, False),
+        ({"access": "customers"}, True),
+        ({"access": "private", "foot": "destination"}, True),
+        ({"foot": "use_sidepath"}, False),
+    ],
+)
+def test_a_path_is_there_if_it_is_on_the_ground_and_open(
+    tmp_path: Path, tags: dict[str, str], is_there: bool
+) -> None:
+    town = small_town()
+    town.way((0, 20), (90, 20), highway="footway", **tags)
+    walks = district_of(town, tmp_path).ground.walks
+    assert any(walk.kind == "footway" and walk.source == "drawn" for walk in walks) == is_there
+
+
+@pytest.mark.parametrize(
+    ("tags", "sides"),
+    [
+        ({"sidewalk": "left;right"}, {"left": "tag", "right": "tag"}),
+        ({"access": "private"}, {}),
+        ({"access": "private", "sidewalk": "both", "foot": "yes"}, {"left": "tag", "right": "tag"}),
+        ({"access": "private", "sidewalk": "both"}, {}),
+        ({"access": "no", "bus": "yes"}, {"left": "rule", "right": "rule"}),
+        ({"foot": "no"}, {}),
+        ({"foot": "no", "sidewalk": "left"}, {"left": "tag"}),
+    ],
+)
+def test_sidewalks_are_filled_in_where_people_may_walk(
+    tags: dict[str, str], sides: dict[str, str]
+) -> None:
+    assert sidewalk_sides({"highway": "residential", **tags}) == sides
+
+
+@pytest.mark.parametrize(
+    ("tags", "signals"),
+    [
+        ({"crossing": "traffic_signals;island"}, True),
+        ({"crossing": "marked", "crossing:signals": "shared"}, True),
+        ({"crossing": "marked", "crossing:signals": "no"}, False),
+        ({"crossing": "zebra"}, False),
+    ],
+)
+def test_signals_of_a_crossing_are_tagged_in_several_ways(
+    tags: dict[str, str], signals: bool
+) -> None:
+    assert has_signals(tags) == signals
+
+
+def test_people_may_walk_on_a_cycleway_that_permits_it() -> None:
+    assert walk_kind({"highway": "cycleway", "foot": "permissive"}) == "cycleway"
+    assert walk_kind({"highway": "cycleway"}) == ""
+
+
+def test_a_concrete_barrier_stands_in_the_way(tmp_path: Path) -> None:
+    town = small_town()
+    town.way((120, 20), (180, 20), barrier="jersey_barrier")
+    built = district_of(town, tmp_path).ground.built
+    assert "barrier" in [kind for kind, _, _ in built]

@@ -115,6 +115,19 @@ def test_another_file_is_no_graph(tmp_path: Path, text: str) -> None:
         load_graph(tmp_path / "graph.geojson")
 
 
+@pytest.mark.parametrize("distance", ["0.1,inf", "0.1,101", "nan,1", "0,1", "1,0.1"])
+def test_missions_on_a_graph_have_the_range_of_those_that_are_driven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], distance: str
+) -> None:
+    save_graph(square(), tmp_path / "graph.geojson")
+    with pytest.raises(SystemExit) as leaving:
+        main(["map", "routes", str(tmp_path / "graph.geojson"), "--distance", distance, "--json"])
+    assert leaving.value.code == 1
+    assert (
+        f"--distance {distance}: give 0 < least < most, at most 100 km" in capsys.readouterr().err
+    )
+
+
 def test_the_ways_of_a_town_keep_off_what_is_not_walkable(tmp_path: Path) -> None:
     extract = read_extract(
         small_town().write(tmp_path / "town.osm"), GeoBox(*map(float, BOX.split(",")))

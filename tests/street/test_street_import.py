@@ -247,7 +247,8 @@ def test_the_command_writes_maps_that_load_with_credit_everywhere(
     ("content", "box", "says"),
     [
         ("<osm>", BOX, "broken or cut off"),
-        ("<osm version='0.6'></osm>", BOX, "no way in the box"),
+        ("<osm version='0.6'></osm>", BOX, "has no node"),
+        ("<osm version='0.6'><node id='1' lon='24.9' lat='60.1'/></osm>", BOX, "no way in the box"),
         ("<osm version='0.6'></osm>", "1,2,3", "not W,S,E,N"),
         ("<osm version='0.6'></osm>", "3,2,1,4", "west < east"),
         ("<osm version='0.6'></osm>", "24,60,25,61", "at most 5000 m a side"),
@@ -267,6 +268,24 @@ def test_what_cannot_be_used_is_one_line(
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("width", "told"), [(200.0, ""), (100.0, "note: 50 % of the box lie beyond")]
+)
+def test_a_box_over_the_edge_of_a_file_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], width: float, told: str
+) -> None:
+    """The file says to have the west of the town, or all of it."""
+    file = small_town().write(tmp_path / "town.osm")
+    west, south, east, north = map(float, BOX.split(","))
+    east = west + width / 200.0 * (east - west)
+    bounds = f'<bounds minlon="{west}" minlat="{south}" maxlon="{east}" maxlat="{north}"/>'
+    file.write_text(file.read_text().replace('"0.6">', f'"0.6">{bounds}'), encoding="utf-8")
+    assert status("osm", str(file), "--bbox", BOX, "--out", str(tmp_path / "out")) == 0
+    said = capsys.readouterr().err
+    assert told in said
+    assert ("note:" in said) == bool(told)
 
 
 def test_a_box_without_sidewalks_is_refused(tmp_path: Path) -> None:

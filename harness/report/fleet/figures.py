@@ -89,7 +89,7 @@ def _curves(figure: "Figure", result: FleetResult) -> None:
     """Profit over robots, as many per operator, and over operators."""
     left, right = figure.subplots(1, 2)
     for found, colour in zip(result.libraries, LINES, strict=False):
-        name = found.study.library.name
+        name = found.study.library.title
         _curve(left, found.by_robots, [point.robots for point in found.by_robots], colour, name)
         operators = [point.operators for point in found.by_operators]
         _curve(right, found.by_operators, operators, colour, name)

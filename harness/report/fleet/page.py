@@ -5,10 +5,11 @@ from pathlib import Path
 
 from harness.economics.cost_terms import COST_TERMS
 from harness.economics.price import price_keys
+from harness.fleet.day_metrics import DAY_METRICS
 from harness.fleet.result import FleetResult
-from harness.fleet.study import DAY_METRICS, DAYS_EACH, CurvePoint
+from harness.fleet.study import DAYS_EACH, CurvePoint
 from harness.report.blocks import Block, Chart, Table, Text
-from harness.report.fleet.figures import draw_fleet_figures
+from harness.report.fleet.figures import MOST_STRIPS, draw_fleet_figures
 from harness.report.fleet.screen import answers, curve_rows, estimate_cells, setup, worth
 from harness.report.markdown import markdown_text
 from harness.report.numbers import counted, number_text
@@ -52,7 +53,7 @@ def page_text(result: FleetResult, figures: Sequence[Path], folder: Path) -> str
     blocks += [Text("What a fleet of another size earns", "heading")]
     blocks += [Chart(sizes, "profit per robot and day; bars: 95 % intervals over days")]
     for found in result.libraries:
-        name = found.study.library.name
+        name = found.study.library.title
         blocks.append(_curve(f"{name}: as many robots per operator", found.by_robots))
         blocks.append(_curve(f"{name}: the same robots", found.by_operators))
     blocks.append(_settings(result))
@@ -60,7 +61,7 @@ def page_text(result: FleetResult, figures: Sequence[Path], folder: Path) -> str
 
 
 def _names(result: FleetResult) -> list[str]:
-    return [found.study.library.name for found in result.libraries]
+    return [found.study.library.title for found in result.libraries]
 
 
 def _quantities(result: FleetResult) -> Table:
@@ -102,8 +103,11 @@ def _entry(key: str) -> str:
 
 
 def _strips(result: FleetResult, pictures: Sequence[str]) -> list[Block]:
+    shown = "each robot does"
+    if result.robots > MOST_STRIPS:
+        shown = f"the first {MOST_STRIPS} robots do"
     charts = [
-        Chart(picture, f"{name}: what each robot does on the first day")
+        Chart(picture, f"{name}: what {shown} on the first day")
         for name, picture in zip(_names(result), pictures, strict=True)
     ]
     return [Text("One day", "heading"), *charts]

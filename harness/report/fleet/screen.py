@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
+from harness.fleet.day_metrics import DAY_METRICS, PROFIT
 from harness.fleet.result import FleetResult, LibraryResult
-from harness.fleet.study import DAY_METRICS, PROFIT, CurvePoint, Estimate
+from harness.fleet.study import CurvePoint, Estimate
 from harness.report.blocks import Block
 from harness.report.numbers import bounds_text, counted, interval_text, number_text
 from harness.report.short.findings import lines_of
@@ -30,7 +31,7 @@ def setup(result: FleetResult) -> str:
     """The fleet, its orders and its legs, in one line."""
     settings = result.settings
     legs = "; ".join(
-        f"{found.study.library.name}, {counted(found.study.library.size, 'leg')} of {source}"
+        f"{found.study.library.title}, {counted(found.study.library.size, 'leg')} of {source}"
         for found, source in zip(result.libraries, result.sources, strict=True)
     )
     days = counted(len(result.libraries[0].study.days), "day")
@@ -44,7 +45,7 @@ def setup(result: FleetResult) -> str:
 def answers(found: LibraryResult) -> list[str]:
     """What a robot earns, how many an operator must serve, and which size pays."""
     study = found.study
-    name = study.library.name
+    name = study.library.title
     profit = study.estimates[PROFIT].mean
     lines = [
         f"{name}: {_earning(profit)} per robot and day",
@@ -85,14 +86,14 @@ def _size(found: LibraryResult) -> str:
 def worth(result: FleetResult) -> str:
     """What the second library is worth over the first."""
     assert result.difference is not None
-    first, second = (found.study.library.name for found in result.libraries)
+    first, second = (found.study.library.title for found in result.libraries)
     mean = result.difference[PROFIT].mean
     text = interval_text(mean, is_signed=True)
     return f"{second} in place of {first}: {text} USD per robot and day"
 
 
 def _rows(result: FleetResult) -> list[list[str]]:
-    names = [found.study.library.name for found in result.libraries]
+    names = [found.study.library.title for found in result.libraries]
     head = ["", *(cell for name in names for cell in (name, "95 % of days"))]
     rows = []
     for key in SHOWN:

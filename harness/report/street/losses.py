@@ -26,7 +26,7 @@ def draw_losses(losses: StreetLosses, graph: RouteGraph, path: Path) -> None:
     figure = Figure(figsize=(_INCHES, _INCHES), dpi=200)
     axes = figure.add_subplot()
     axes.add_collection(LineCollection(list(lines[~is_driven]), colors="#cccccc", linewidths=0.5))
-    amounts = np.array([losses.per_metre(each) for each in squares])[is_driven]
+    amounts = np.array([losses.per_metre(each) or 0.0 for each in squares])[is_driven]
     driven = LineCollection(list(lines[is_driven]), array=amounts, cmap="plasma_r", linewidths=2.0)
     axes.add_collection(driven)
     axes.autoscale()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from harness.report.numbers import counted
+from harness.report.numbers import counted, number_text
 from harness.report.street.screen import routes_blocks, street_blocks
 from harness.report.tables import print_blocks, report_console
 from harness.storage.texts import quoted
@@ -109,6 +109,7 @@ def losses(run: str, out: Path, as_json: bool) -> None:
     )
     for square in found["squares"][:MOST_SQUARES]:
         place = f"({square['x_m']:.0f}, {square['y_m']:.0f}) m"
-        click.echo(f"  {place}: {square['lost_usd']:.2f} USD, {square['lost_usd_per_m']:.3f} USD/m")
+        rate = number_text(square["lost_usd_per_m"], 3)
+        click.echo(f"  {place}: {square['lost_usd']:.2f} USD, {rate} USD/m")
     click.echo(found["credit"])
     click.echo(f"picture: {out}")
