@@ -175,6 +175,21 @@ def test_the_next_command_has_the_stack_and_the_prices(write_run, capsys):
     assert last == f"next: navbench price {run} {options} --sensitivity"
 
 
+def test_the_screen_breaks_even_by_the_accounting_of_the_prices(write_run, navbench):
+    def arrive(row):
+        row["outcome"] = "sla"
+
+    run = write_run("run", crowd=0.3, change=arrive)
+    entry = priced(run, "insurer")[0]["accountings"]
+    assert entry["published"]["break_even_runs"] is None
+    runs = entry["robot_at_fault"]["break_even_runs"]
+    _, told, _ = navbench("price", run, "--prices", "insurer")
+    assert "these prices go with the accounting 'robot at fault'" in told
+    assert re.search(rf"Break-even \(runs\) +{runs:,.0f}\n", told)
+    _, document, _ = navbench("price", run, "--prices", "insurer", "--json")
+    assert json.loads(document)["accounting"] == "robot_at_fault"
+
+
 def test_accounting_by_hand(write_run):
     """Each accounting of each contact added up in plain Python."""
     run = write_run("run")
