@@ -105,8 +105,6 @@ def choose(
     else:
         loaded = load_prices(prices)
     optional = load_optional_prices(loaded)
-    if loaded.accounting not in ACCOUNTINGS:
-        raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
     own, other = names_of(loaded), names_of(optional)
     for key in settings:
         if key not in own | other:

@@ -690,8 +690,10 @@ def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path):
         ),
     ],
 )
-def test_a_set_that_cannot_be_used_is_refused(write_run, tmp_path, text, message):
-    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+def test_a_set_that_cannot_be_used_is_refused_before_anything_drives(tmp_path, text, message):
+    file = tmp_path / "mine.yaml"
+    file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message) as caught:
-        priced(write_run("run", episodes=1), str(tmp_path / "mine.yaml"))
+        load_prices(str(file))
+    assert str(caught.value).startswith(f"{file}: ")
     assert "\n" not in str(caught.value)
