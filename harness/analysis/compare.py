@@ -240,8 +240,14 @@ def paired_rows(first: Side, second: Side) -> tuple[Sequence[Row], Sequence[Row]
     """The rows of both on the missions that both finished, in the same order.
 
     Raises:
-        InputError: there is none.
+        InputError: there is none; the message says if one of them finished nothing.
     """
+    for side in (first, second):
+        if not side.stack.rows:
+            raise InputError(
+                f"{side.label} has no finished delivery ({side.stack.errors} ended in an error); "
+                "there is nothing to compare"
+            )
     pairs = _pair(first.stack.rows, second.stack.rows)
     if not pairs:
         raise InputError(

@@ -12,6 +12,7 @@ from harness.storage.new_run import (
     ABLATION,
     CHECK,
     MANIFEST,
+    MEETINGS_FILE,
     TUNED_STACK,
     TUNING,
     TUNING_DOCUMENT,
@@ -69,6 +70,12 @@ def no_run(folder: Path) -> str | None:
     if known is None:
         return None
     kind, command = known
+    if (folder / MEETINGS_FILE).is_file():
+        stack = f"{quoted(folder)}:STACK"
+        return (
+            f"'{folder}' is {kind} by meetings, without a table of deliveries; navbench compare "
+            f"{stack} {stack} compares two of its stacks"
+        )
     if not (folder / TUNING_DOCUMENT).is_file():
         text = (
             f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "

@@ -119,6 +119,19 @@ def test_only_the_folder_of_a_check_is_gone_on_with(write_run, navbench, mark: s
     assert shlex.split(last.removeprefix("next: ")) == ["navbench", *command]
 
 
+def test_a_check_by_meetings_is_no_run_and_its_stacks_are_compared(write_run, navbench) -> None:
+    folder = write_run("run", episodes=2)
+    (folder / "params" / "check.yaml").touch()
+    (folder / "missions.jsonl").touch()
+    for table in folder.glob("*.parquet"):
+        table.unlink()
+    status, _, said = navbench("price", folder)
+    assert status == 1 and "a check by meetings, without a table of deliveries" in said
+    assert said.rstrip().endswith(
+        f"compare {folder}:STACK {folder}:STACK compares two of its stacks"
+    )
+
+
 def test_the_localizer_is_that_of_both_sides() -> None:
     both = api.study_of("nav2-stock", "nav2-gps", Where(workers=1), localizer="gps-ekf")
     assert [stack.localizer for stack in both.stacks] == ["gps-ekf", "gps-ekf"]

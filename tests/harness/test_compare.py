@@ -144,6 +144,19 @@ def test_missions_without_a_partner_are_left_out_and_counted(write_run):
     assert (result["a"]["left_out"], result["b"]["left_out"]) == (4, 0)
 
 
+@pytest.mark.parametrize("command", ["compare", "check"])
+def test_a_side_that_finished_nothing_is_told(write_run, navbench, command):
+    def fail(row):
+        row["error"] = "world: gone"
+
+    runs = write_run("before", episodes=6), write_run("after", episodes=6, change=fail)
+    status, _, said = navbench(command, *runs)
+    assert (status, "after:mine has no finished delivery (6 ended in an error)" in said) == (
+        1,
+        True,
+    )
+
+
 def test_other_missions_cannot_be_compared(write_run):
     with pytest.raises(
         InputError, match="no finished mission in common; run both with the same --seed"
