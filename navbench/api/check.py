@@ -40,7 +40,7 @@ from harness.study.drive import TABLES, driven, finish, require_own
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check as notes_of
-from harness.study.stored_run import load_run
+from harness.study.stored_run import folder_and_stack, load_run
 from harness.task.study import Study, make_study, usable_workers
 from navbench.api.driving import any_text, say_interrupted, say_notes, say_what_failed
 from navbench.api.meetings.check import drive_meetings
@@ -156,8 +156,8 @@ def resume_check(
 
 def is_run(given: str) -> bool:
     """Whether OLD or NEW is a run folder, or a stack of one."""
-    folder, _, _ = given.rpartition(":")
-    return Path(given).is_dir() or bool(folder and Path(folder).is_dir())
+    folder, _ = folder_and_stack(given)
+    return folder.is_dir() and not given.startswith(":")
 
 
 def of_runs(old: str, new: str, within: float) -> Checked | None:

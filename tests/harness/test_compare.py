@@ -128,6 +128,17 @@ def test_two_stacks_of_one_folder(write_run):
         compared(run, run)
 
 
+def test_names_of_folders_and_stacks_may_have_colons(write_run, navbench):
+    run = write_run("at 12:30", ("nav2:10:15", "nav2"), episodes=6)
+    for asked in ("compare", "check"):
+        status, told, said = navbench(asked, f"{run}:nav2", f"{run}:nav2:10:15")
+        assert (status, said) == (0, "")
+        assert "nav2:10:15" in told
+    assert load_run(f"{run}:nav2:10:15").first_stack == f"{run}:nav2:10:15"
+    with pytest.raises(InputError, match="unknown stack of .*at 12:30 'nav2:10'"):
+        load_run(f"{run}:nav2:10")
+
+
 def test_other_recorded_people_are_named(write_run):
     runs = [write_run(name, episodes=4) for name in "ab"]
     for run, x in zip(runs, (1.0, 31.0), strict=True):
