@@ -244,9 +244,11 @@ def paired_rows(first: Side, second: Side) -> tuple[Sequence[Row], Sequence[Row]
     """
     for side in (first, second):
         if not side.stack.rows:
+            failed = ""
+            if side.stack.errors:
+                failed = f" ({side.stack.errors} ended in an error)"
             raise InputError(
-                f"{side.label} has no finished delivery ({side.stack.errors} ended in an error); "
-                "there is nothing to compare"
+                f"{side.label} has no finished delivery{failed}; there is nothing to compare"
             )
     pairs = _pair(first.stack.rows, second.stack.rows)
     if not pairs:
