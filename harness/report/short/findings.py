@@ -166,7 +166,8 @@ def _margin(run: StoredRun, priced: Repriced, accounting: str, prices: Prices) -
     if found is None:
         return None
     clusters = missions(priced.stack.rows)
-    return margin_admitting_unseen(found, reach_of(run, prices), clusters, run.seed)
+    reach = reach_of(run, prices, accounting)
+    return margin_admitting_unseen(found, reach, clusters, run.seed)
 
 
 def dependence(result: Sensitivity) -> list[str]:
