@@ -64,6 +64,16 @@ def require_study(folder: Path, mark: str) -> None:
     raise InputError(f"'{folder}' is no {kind}: {way_on}")
 
 
+def require_stack_name(name: str, where: str) -> None:
+    """Check that a stack's name cannot lead into another folder: files are called by it.
+
+    Raises:
+        InputError: it can; names ``where`` it was found.
+    """
+    if Path(name).name != name or "\0" in name:
+        raise InputError(f"{where}: stacks: {name!r} is not the name of a stack")
+
+
 def no_run(folder: Path) -> str | None:
     """What a study without a table of deliveries is, and what to do; None: it is none."""
     known = other_study(folder)

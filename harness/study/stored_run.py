@@ -17,7 +17,13 @@ from harness.economics.prices import Prices, load_prices
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
-from harness.storage.manifest_file import COUNTS, mixed_files, no_run, read_manifest
+from harness.storage.manifest_file import (
+    COUNTS,
+    mixed_files,
+    no_run,
+    read_manifest,
+    require_stack_name,
+)
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
@@ -291,6 +297,8 @@ def _described(folder: Path) -> dict[str, Any]:
             f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of "
             "a run"
         )
+    for name, *_ in stacks:
+        require_stack_name(name, str(folder / MANIFEST))
     return {**about, "stacks": stacks}
 
 

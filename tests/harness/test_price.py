@@ -456,6 +456,15 @@ def test_a_damaged_folder_is_refused_in_one_line(write_run, damage, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["../../elsewhere", "a/b", "nul\0"])
+def test_the_name_of_a_stack_leads_into_no_other_folder(write_run, navbench, tmp_path, name):
+    run = write_run("run", (name,), episodes=6)
+    before = sorted(tmp_path.rglob("*"))
+    status, _, said = navbench("price", run, "--sensitivity", "--out", tmp_path / "a" / "b")
+    assert status == 1 and "is not the name of a stack" in said and said.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.parametrize("number", [None, 1e300])
 def test_what_cannot_have_been_measured_is_refused(write_run, number):
     def spoil(row):
