@@ -150,6 +150,17 @@ def test_a_worse_one_fails_where_asked_to_and_leaves_a_comment(
     assert text.count("navbench replay") == 3 and "a`b" not in text
 
 
+def test_screen_and_comment_tell_what_ended_in_an_error(write_run, navbench, tmp_path) -> None:
+    def fail(row):
+        if row["episode"] in (2, 7):
+            row["error"] = "world: gone"
+
+    runs, comment = (write_run("a"), write_run("b", change=fail)), tmp_path / "comment.md"
+    status, screen, _ = navbench("check", *runs, "--markdown", comment)
+    told = "2 deliveries ended in an error; such missions are left out"
+    assert status == 3 and told in screen and told in comment.read_text()
+
+
 def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
     write_run, navbench
 ) -> None:
