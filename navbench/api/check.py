@@ -17,10 +17,9 @@ from harness.analysis.check import (
     check_document,
     evaluate,
 )
-from harness.analysis.compare import compare, side_of
+from harness.analysis.compare import side_of, warnings_of
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.analysis.side import Side
-from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
@@ -172,9 +171,10 @@ def of_runs(old: str, new: str, within: float) -> Checked | None:
     folders = {side.run.folder.resolve() for side in (first, second)}
     if len(folders) == 1 and first.stack.name == second.stack.name:
         return None
-    for warning in compare(first, second, [MARGIN]).warnings:
+    found = evaluate(first, second, within)
+    for warning in warnings_of(first, second):
         say(f"note: not comparable: {warning}")
-    return evaluate(first, second, within)
+    return found
 
 
 def study_of(old: str, new: str, where: Where, **options: Any) -> Study:

@@ -168,6 +168,19 @@ def test_a_side_that_finished_nothing_is_told(write_run, navbench, command):
     )
 
 
+def test_a_margin_that_no_side_has_is_undefined_and_not_unknown(write_run, navbench):
+    def arrive(row):
+        row["outcome"] = "arrived"
+
+    run = write_run("run", ("a", "b"), episodes=6, change=arrive)
+    status, _, said = navbench("compare", f"{run}:a", f"{run}:b", "--metric", "margin")
+    assert (
+        status == 1 and "contribution_margin is undefined on all common missions of run:a" in said
+    )
+    status, _, said = navbench("check", f"{run}:a", f"{run}:b")
+    assert status == 1 and "run:a has no margin, as its cargo is not modelled" in said
+
+
 def test_other_missions_cannot_be_compared(write_run):
     with pytest.raises(
         InputError, match="no finished mission in common; run both with the same --seed"
