@@ -25,8 +25,9 @@ from rich.console import Console
 from rich.table import Table
 
 from harness.ablation.precision import FIRST, count_wanted, half_width
+from harness.analysis.evaluator import profits
 from harness.analysis.rare import reach_of
-from harness.analysis.repricing import choose, profits
+from harness.analysis.repricing import choose
 from harness.economics.valuation import CENT
 from harness.statistics.bootstrap import bootstrap_cvar, bootstrap_mean
 from harness.statistics.interval import Interval

@@ -8,7 +8,8 @@ import numpy as np
 
 from harness.ablation.arms import KINDS, injected_kind, injected_level, is_buildable
 from harness.analysis.audited import audit_sides
-from harness.analysis.compare import compare, have_common_missions
+from harness.analysis.compare import compare
+from harness.analysis.pairing import have_common_missions
 from harness.analysis.side import Side
 from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs

@@ -5,7 +5,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any
 
-from harness.analysis.compare import paired_rows
+from harness.analysis.pairing import paired_rows
 from harness.analysis.side import Side
 from harness.audit.auditor import Audit, audit
 from harness.audit.pairs import EVENTS, Conditions, pair_up

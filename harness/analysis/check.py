@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from harness.analysis.compare import paired_rows
+from harness.analysis.pairing import paired_rows
 from harness.analysis.side import Side
 from harness.economics.valuation import CENT, margins
 from harness.meetings.estimators import DELIVERIES, ESTIMATORS

@@ -5,14 +5,15 @@ Differences, how sure they are, and what stands against it.
 
 import dataclasses
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import NoReturn
 
 import numpy as np
 
 from harness.analysis.apart import Apart, apart
+from harness.analysis.pairing import paired_rows
 from harness.analysis.rare import difference_with_unseen
 from harness.analysis.side import Side
 from harness.analysis.unlike import unlike
@@ -22,7 +23,6 @@ from harness.economics.cost_model import running
 from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.economics.valuation import (
     CENT,
-    MISSION,
     deliveries,
     has_too_few,
     margins,
@@ -35,13 +35,11 @@ from harness.metrics.metric import Better
 from harness.statistics.bootstrap import IntArray, number_clusters
 from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, together
-from harness.storage.rows import take, values
 from harness.study.stored_run import StoredRun
 from harness.world.outcome import OUTCOMES
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
-PAIR = ("seed", "episode", *MISSION)  # columns in which two deliveries of one mission agree
 EARNED = ("revenue", MARGIN)
 FAMILY = (MARGIN,)  # what decides, unless metrics are named; their p values are adjusted together
 SHORT = {"margin": MARGIN}  # as elsewhere on the command line
@@ -132,7 +130,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
             have, of which ``FAMILY`` is the family, but not :data:`ACCOUNTED`.
 
     Raises:
-        InputError: no mission in common, or an unknown metric.
+        InputError: no mission in common, or a metric that is unknown or undefined.
     """
     rows = paired_rows(first, second)
     pairs = len(rows[0])
@@ -143,7 +141,7 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
     named = [SHORT.get(key, key) for key in metrics]
     for key in named:
         if key not in keys:
-            raise UnknownNameError("metric", key, [*keys, *ACCOUNTED])
+            _refuse(key, (first, second), columns, [*keys, *ACCOUNTED])
     wanted = [key for key in keys if key in named or not named]
     clusters = missions(rows[0])
     known = {}
@@ -168,10 +166,27 @@ def compare(first: Side, second: Side, metrics: Collection[str] = ()) -> Compari
         pairs=pairs,
         left_out=(len(first.stack.rows) - pairs, len(second.stack.rows) - pairs),
         differences=known,
-        warnings=_warnings(first, second),
+        warnings=warnings_of(first, second),
         unseen=unseen,
         dollar=dollar,
     )
+
+
+def _refuse(
+    key: str, sides: Sequence[Side], columns: Sequence[Mapping[str, FloatArray]], known: list[str]
+) -> NoReturn:
+    """Say why a metric that was named is not compared.
+
+    Raises:
+        InputError: always; it is undefined for a side, or there is none of this name.
+    """
+    for side, own in zip(sides, columns, strict=True):
+        if key in _directions() and key not in own:
+            raise InputError(
+                f"{key} is undefined on all common missions of {side.label}, e.g. as its cargo is "
+                "not modelled; leave it out"
+            )
+    raise UnknownNameError("metric", key, known)
 
 
 def _of_a_dollar(first: Side, second: Side, margin: PairedDifference) -> OfADollar | None:
@@ -236,38 +251,6 @@ def _apart_document(found: Apart | None) -> Row | None:
     }
 
 
-def paired_rows(first: Side, second: Side) -> tuple[Sequence[Row], Sequence[Row]]:
-    """The rows of both on the missions that both finished, in the same order.
-
-    Raises:
-        InputError: there is none.
-    """
-    pairs = _pair(first.stack.rows, second.stack.rows)
-    if not pairs:
-        raise InputError(
-            f"{first.label} and {second.label} have no finished mission in common; run both with "
-            "the same --seed, "
-            "--map and --missions"
-        )
-    own, other = zip(*pairs, strict=True)
-    return take(first.stack.rows, own), take(second.stack.rows, other)
-
-
-def have_common_missions(first: Side, second: Side) -> bool:
-    """Whether both drove one mission at least."""
-    return bool(_pair(first.stack.rows, second.stack.rows))
-
-
-def _pair(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[int, int]]:
-    """The numbers of the rows of either side that are of one mission."""
-    others = {key: number for number, key in enumerate(_keys(second))}
-    return [(number, others[key]) for number, key in enumerate(_keys(first)) if key in others]
-
-
-def _keys(rows: Sequence[Row]) -> Iterable[tuple[Any, ...]]:
-    return zip(*(values(rows, key) for key in PAIR), strict=True)
-
-
 def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[str, FloatArray]:
     """Every quantity of a side, delivery by delivery, NaN where undefined.
 
@@ -326,7 +309,7 @@ def _directions() -> dict[str, Better]:
     }
 
 
-def _warnings(first: Side, second: Side) -> list[str]:
+def warnings_of(first: Side, second: Side) -> list[str]:
     """Why the two might differ for other reasons than their stacks."""
     warnings = [
         f"{side.label}: {side.stack.errors} of {side.stack.errors + len(side.stack.rows)} "

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.unseen import (
     difference_admitting_unseen,
@@ -21,7 +22,7 @@ from navstack.types import FloatArray
 FIRST_GUESS, GUESSES = 100, 3  # values of an interval, and steps of the search for their number
 
 
-def reach_of(run: StoredRun, prices: Prices | None = None) -> Reach:
+def reach_of(run: StoredRun, prices: Prices | None = None, accounting: str = PUBLISHED) -> Reach:
     """What a delivery of a run could lose, at its prices or others, and in its world."""
     world = run.condition("world")
     bodies = None
@@ -33,6 +34,7 @@ def reach_of(run: StoredRun, prices: Prices | None = None) -> Reach:
     return reach_of_loss(
         prices or run.prices(),
         float(most) if isinstance(most, int | float) and most > 0.0 else math.inf,
+        accounting,
     )
 
 

@@ -1,7 +1,7 @@
 """A stored run at other prices and under other accountings of contacts."""
 
 import dataclasses
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,28 +15,24 @@ from harness.economics.accountings import (
     contacts_of,
 )
 from harness.economics.break_even import break_even_runs
-from harness.economics.contact_costs import injury_costs, turning_impulse
+from harness.economics.contact_costs import turning_impulse
 from harness.economics.contact_limits import beyond_limit, limit_speed
-from harness.economics.cost_model import Economics, RunningCosts, price, running
+from harness.economics.cost_model import RunningCosts, running
 from harness.economics.cost_terms import COUNTED_TERMS, MARGIN, OPTIONAL_TERMS, Paid
-from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
 from harness.economics.optional_terms import OptionalTerms, all_optional_costs, check_terms
-from harness.economics.price import check_prices, names_of, price_keys, with_values
+from harness.economics.price import check_prices, names_of, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.economics.valuation import (
     CENT,
     Valuation,
-    beside_the_paper,
     deliveries,
     has_too_few,
-    margins,
     missions,
     valuation_document,
     value,
 )
 from harness.metrics.columns import Row
-from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval, interval_json, wilson_interval
 from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
@@ -44,8 +40,6 @@ from harness.study.stored_run import StoredRun, StoredStack, repriced
 from navstack.errors import InputError, UnknownNameError
 from navstack.types import FloatArray
 
-# Prices that replace those of today, by key -> the money then, and all prices then.
-Evaluate = Callable[[Mapping[str, float]], tuple[Economics, Prices]]
 # the money that an accounting of contacts changes
 VARIED = (
     *(key for key, term in COUNTED_TERMS.items() if term.paid is Paid.CONTACT),
@@ -111,8 +105,6 @@ def choose(
     else:
         loaded = load_prices(prices)
     optional = load_optional_prices(loaded)
-    if loaded.accounting not in ACCOUNTINGS:
-        raise UnknownNameError("accounting of prices", loaded.accounting, list(ACCOUNTINGS))
     own, other = names_of(loaded), names_of(optional)
     for key in settings:
         if key not in own | other:
@@ -247,6 +239,7 @@ def repricing_document(run: StoredRun, results: Sequence[Repriced], choices: Cho
     return {
         "schema": 1,
         "settings": dict(choices.settings),
+        "accounting": choices.prices.accounting,
         "runs": [_stack_document(run, result, choices.optional) for result in results],
     }
 
@@ -290,53 +283,3 @@ def _accounting_document(accounting: Accounting) -> Row:
     intervals = accounting.intervals
     terms = {term: interval_json(intervals.get(term)) for term in VARIED}
     return {**terms, "break_even_runs": accounting.break_even_runs}
-
-
-def evaluator(run: StoredRun, stack: StoredStack, choices: Choices) -> Evaluate:
-    """The money of a stack's deliveries as a function of single prices.
-
-    Quick enough to be asked thousands of times.
-    """
-    base = summarize(stack.rows, choices.prices.rolling_resistance_force)
-    base |= beside_the_paper(stack.rows)
-    contacts = contacts_of(stack.rows, run.events, COUNTED)
-    impulses = contacts.impulses[contacts.with_people]
-    own, terms = set(price_keys(choices.prices)), choices.optional.names
-
-    def economics_at(values: Mapping[str, float]) -> tuple[Economics, Prices]:
-        prices = with_values(
-            choices.prices, {key: number for key, number in values.items() if key in own}
-        )
-        other = {key: number for key, number in values.items() if key not in own}
-        optional = OptionalTerms(terms, with_values(choices.optional.prices, other))
-        measured = Measured(
-            **base
-            | {
-                "pedestrian_injury_usd_per_run": float(injury_costs(impulses, prices).sum())
-                / len(stack.rows),
-                "avg_mechanical_power_kw": prices.rolling_resistance_force
-                * base["avg_velocity_mps"]
-                / 1000.0,
-            }
-        )
-        extra = all_optional_costs(measured, stack.localizer, prices, optional)
-        return price(measured, stack.carries, stack.data_collection, prices, extra), prices
-
-    return economics_at
-
-
-def profits(run: StoredRun, stack: StoredStack, choices: Choices) -> FloatArray:
-    """What each delivery of a stack earns less what it costs [USD], shape (n,).
-
-    Raises:
-        InputError: the cargo was not simulated, so that it is undefined.
-    """
-    stack = repriced(stack, run.events, choices.prices)
-    each = deliveries(stack.rows, choices.prices.rolling_resistance_force)
-    extra = all_optional_costs(each, stack.localizer, choices.prices, choices.optional)
-    margin = margins(stack.rows, choices.prices, extra=extra)
-    if margin is None:
-        raise InputError(
-            f"{stack.name}: the margin is undefined, because the cargo was not simulated"
-        )
-    return margin

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.analysis.evaluator import Evaluate, evaluator, profits
 from harness.analysis.price_ranges import PriceAxis, Range, axes, price_ranges, ranges
-from harness.analysis.repricing import Choices, Evaluate, evaluator, profits
+from harness.analysis.repricing import Choices
 from harness.economics.break_even import break_even_probability, profit_draws
 from harness.economics.cost_model import Economics
 from harness.economics.cost_terms import OPTIONAL_TERMS
 from harness.economics.prices import Prices
-from harness.economics.valuation import missions, tells_of_rare
+from harness.economics.valuation import MOST_LEFT_OUT, has_too_few, missions, tells_of_rare
 from harness.metrics.columns import Row
 from harness.storage.documents import as_json
 from harness.study.stored_run import StoredRun, StoredStack
@@ -87,18 +88,33 @@ def sensitivities(
     Args:
         run: the run.
         choices: prices and optional terms to start from.
-        maps: pairs of prices or of groups of prices; none: :data:`MAPS`.
+        maps: pairs of prices or of groups of prices, such as :data:`MAPS`.
 
     Raises:
         InputError: an unknown price, no finished delivery, or a margin that is undefined.
     """
-    pairs = list(maps) or list(MAPS)
     stacks = [stack for stack in run.stacks if stack.rows]
     if not stacks:
         raise InputError(
             f"run folder '{run.folder}' has no finished delivery; there is nothing to vary"
         )
-    return [_of_stack(run, stack, choices, pairs) for stack in stacks]
+    for stack in stacks:
+        _require_margin(stack)
+    return [_of_stack(run, stack, choices, maps) for stack in stacks]
+
+
+def _require_margin(stack: StoredStack) -> None:
+    """Check that so few deliveries have no result that the margin is told.
+
+    Raises:
+        InputError: there are more.
+    """
+    finished, errors = len(stack.rows), stack.errors
+    if has_too_few(finished, errors):
+        raise InputError(
+            f"{stack.name}: the margin is undefined, because {errors} of {finished + errors} "
+            f"deliveries have no result, more than {MOST_LEFT_OUT:.0%}; drive them again"
+        )
 
 
 def sensitivity_document(
@@ -112,6 +128,7 @@ def sensitivity_document(
         "schema": 1,
         "folder": str(run.folder),
         "settings": dict(choices.settings),
+        "accounting": choices.prices.accounting,
         "optional_terms": list(choices.optional.names),
         "runs": [_document(result) for result in results],
         "figures": list(figures),

@@ -122,6 +122,13 @@ ACCOUNTINGS: dict[str, tuple[str, Callable[[Contacts], FloatArray]]] = {
 }
 
 
+def injury_price(name: str) -> Callable[[FloatArray, Prices], FloatArray]:
+    """What an accounting takes for contacts with people [USD], by their impulses [N s]."""
+    if name == MONOTONE:
+        return monotone_injury_costs
+    return injury_costs
+
+
 def accounted(
     each: Measured,
     rows: Sequence[Row],
@@ -145,10 +152,7 @@ def accounted(
     kind, share_of = ACCOUNTINGS[name]
     contacts = contacts_of(rows, events, kind)
     shares, people = share_of(contacts), contacts.with_people
-    price_of = injury_costs
-    if name == MONOTONE:
-        price_of = monotone_injury_costs
-    costs = price_of(contacts.impulses, prices) * shares
+    costs = injury_price(name)(contacts.impulses, prices) * shares
     injuries: Any = np.bincount(
         contacts.delivery[people], weights=costs[people], minlength=len(rows)
     )

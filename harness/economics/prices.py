@@ -159,8 +159,13 @@ def load_prices(name_or_file: str = "costnav") -> Prices:
     Raises:
         InputError: an unknown name or key, a number in another unit or out of its range.
     """
+    # which knows accountings and optional terms, and so imports this module
+    from harness.economics.price_set import check_set
+
     path = resolve(name_or_file, shipped("params") / "prices", "prices")
-    return checked(from_mapping(Prices, _content(path), str(path)), str(path))
+    prices = checked(from_mapping(Prices, _content(path), str(path)), str(path))
+    check_set(prices, str(path))
+    return prices
 
 
 def _content(path: Path) -> Any:
@@ -169,7 +174,8 @@ def _content(path: Path) -> Any:
     if not isinstance(content, dict) or (base := content.pop("as_in", None)) is None:
         return content
     if base not in price_sets():
-        raise UnknownNameError(f"{path}: as_in", str(base), price_sets())
+        unknown = UnknownNameError("as_in", str(base), price_sets())
+        raise ParameterError(f"{path}: {unknown}")
     return _over(_content(shipped("params") / "prices" / f"{base}.yaml"), content)
 
 

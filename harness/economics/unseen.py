@@ -7,26 +7,31 @@ import math
 
 import numpy as np
 
-from harness.economics.contact_costs import injury_costs
+from harness.economics.accountings import PUBLISHED, injury_price
 from harness.economics.prices import Prices
 from harness.statistics.bootstrap import IntArray
 from harness.statistics.interval import Interval
 from harness.statistics.unseen import Reach, admit_unseen
 from navstack.types import FloatArray
 
-# [N s] Of these the dearest is looked for; the published curve turns at 1042.
-_IMPULSES = np.linspace(0.0, 5000.0, 10_001)
+# [N s] of a robot of so many kg: 0..100 m/s, among which the dearest contact is looked for
+_IMPULSES, _MASS = np.linspace(0.0, 5000.0, 10_001), 50.0
 
 
-def reach_of_loss(prices: Prices, most_impulse: float = math.inf) -> Reach:
+def reach_of_loss(
+    prices: Prices, most_impulse: float = math.inf, accounting: str = PUBLISHED
+) -> Reach:
     """From the lost fee to the dearest contact with a person, with repair and food [USD].
 
     Args:
         prices: the price file.
         most_impulse: [N s] that the world lets a contact have.
+        accounting: by which contacts are paid.
     """
     fee = prices.delivery_fee.value
-    injury = float(injury_costs(np.minimum(_IMPULSES, most_impulse), prices).max())
+    impulses = _IMPULSES * (prices.robot_mass.value / _MASS)
+    costs = injury_price(accounting)(np.minimum(impulses, most_impulse), prices)
+    injury = float(costs.max())
     return Reach(fee, fee + injury + prices.repair_per_physical_assistance + prices.food_price)
 
 

@@ -11,9 +11,10 @@ from harness.meetings.drive import ArmDrive, Weighed
 from harness.meetings.mission import MissionDrive
 from harness.storage.checksums import sealed, unsealed
 from harness.storage.files import no_links, replacing, writing
+from harness.storage.new_run import MEETINGS_FILE
 from navstack.files import check_regular
 
-FILE = "missions.jsonl"
+FILE = MEETINGS_FILE
 MOST = 1_000_000_000  # [bytes] of it
 
 

@@ -16,6 +16,7 @@ from navstack.types import BoolArray, FloatArray, Pose2D
 
 REACH = 5.0  # [m] from the body's circle within which obstacles are looked for
 TURN = math.radians(3.0)  # between two placements of the body that is turned
+APART = 1.0  # [m] at most between two points of a path from which obstacles are looked for
 _CHUNK = 4000  # placements at a time
 
 
@@ -89,17 +90,29 @@ class Obstacles:
         return least
 
     def _near(self, points: FloatArray, radius: float) -> np.ndarray:
-        """Squares that may be within ``REACH`` of a body at one of the points (N, 2).
+        """Squares that may be within ``REACH`` of a body on its way along points (N, 2).
 
         Args:
             points: [m].
             radius: [m] of the circle around the body.
         """
-        limit = REACH + radius + 2.0 * self._resolution
-        distances, _ = cKDTree(points).query(self._corners, distance_upper_bound=limit)
+        limit = REACH + radius + 2.0 * self._resolution + APART / 2.0
+        tree = cKDTree(points_along(points))
+        distances, _ = tree.query(self._corners, distance_upper_bound=limit)
         corners = self._corners[np.isfinite(distances)]
         squares: np.ndarray = shapely.box(*corners.T, *(corners + self._resolution).T)
         return squares
+
+
+def points_along(points: FloatArray) -> FloatArray:
+    """The points (N, 2) of a polyline, and further ones where they are far apart."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    counts = np.maximum(np.ceil(steps / APART), 1.0).astype(int)
+    pieces = [
+        np.linspace(first, second, count, endpoint=False)
+        for first, second, count in zip(points[:-1], points[1:], counts, strict=True)
+    ]
+    return np.vstack((*pieces, points[-1:]))
 
 
 def placements_along(points: FloatArray, start_yaw: float, goal_yaw: float) -> FloatArray:

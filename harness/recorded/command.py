@@ -321,4 +321,4 @@ def _compare(
 
 def _note(text: str) -> None:
     line = f"note: {text}"
-    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)
+    Console(stderr=True, highlight=False, emoji=False).print(line, markup=False, soft_wrap=True)

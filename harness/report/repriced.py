@@ -36,14 +36,21 @@ def repriced_blocks(run: StoredRun, results: Sequence[Repriced], choices: Choice
     ]
     blocks = [*paper_blocks(columns), Text(""), *map(_accountings, results)]
     blocks += notes_of(notes("accountings"))
-    if (paying := choices.prices.accounting) != PUBLISHED:
-        rule = TITLES[paying]
-        blocks.append(Text(f"these prices go with the accounting '{rule}': its row is theirs"))
+    if rule := goes_with(choices):
+        blocks.append(Text(f"{rule}: its row is theirs, the lines below are by the published rule"))
     for each in results:
         blocks += [Text(f"{each.stack.name}: {line}") for line in _lines(each)]
     blocks += [Text(f"set: {key} = {number:g}") for key, number in choices.settings.items()]
     lines = [robot_price_line(run, choices.prices), f"run folder: {run.folder}"]
     return [*blocks, *(Text(line, "whole") for line in lines if line)]
+
+
+def goes_with(choices: Choices) -> str:
+    """By which accounting the chosen prices are paid; empty: by the published one."""
+    paying = choices.prices.accounting
+    if paying == PUBLISHED:
+        return ""
+    return f"these prices go with the accounting '{TITLES[paying]}'"
 
 
 def _lines(result: Repriced) -> Iterator[str]:

@@ -44,7 +44,7 @@ def report_console(stream: TextIO | None = None) -> Console:
     width = None
     if not stream.isatty():
         width = PLAIN_WIDTH
-    return QuietConsole(file=stream, width=width, highlight=False, markup=False)
+    return QuietConsole(file=stream, width=width, highlight=False, markup=False, emoji=False)
 
 
 def print_blocks(blocks: Iterable[Block], console: Console) -> None:

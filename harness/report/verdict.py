@@ -4,7 +4,8 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
-from harness.analysis.compare import Comparison, compare, have_common_missions
+from harness.analysis.compare import Comparison, compare
+from harness.analysis.pairing import have_common_missions
 from harness.analysis.rare import (
     deliveries_that_prove,
     margin_with_unseen,

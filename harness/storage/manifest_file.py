@@ -12,6 +12,7 @@ from harness.storage.new_run import (
     ABLATION,
     CHECK,
     MANIFEST,
+    MEETINGS_FILE,
     TUNED_STACK,
     TUNING,
     TUNING_DOCUMENT,
@@ -63,12 +64,28 @@ def require_study(folder: Path, mark: str) -> None:
     raise InputError(f"'{folder}' is no {kind}: {way_on}")
 
 
+def require_stack_name(name: str, where: str) -> None:
+    """Check that a stack's name cannot lead into another folder: files are called by it.
+
+    Raises:
+        InputError: it can; names ``where`` it was found.
+    """
+    if Path(name).name != name or "\0" in name:
+        raise InputError(f"{where}: stacks: {name!r} is not the name of a stack")
+
+
 def no_run(folder: Path) -> str | None:
     """What a study without a table of deliveries is, and what to do; None: it is none."""
     known = other_study(folder)
     if known is None:
         return None
     kind, command = known
+    if (folder / MEETINGS_FILE).is_file():
+        stack = f"{quoted(folder)}:STACK"
+        return (
+            f"'{folder}' is {kind} by meetings, without a table of deliveries; navbench compare "
+            f"{stack} {stack} compares two of its stacks"
+        )
     if not (folder / TUNING_DOCUMENT).is_file():
         text = (
             f"'{folder}' is {kind}, not a run with its table; navbench {command} --resume "

@@ -24,6 +24,7 @@ OF_STACKS = "of_stacks"  # in the manifest of packed runs: what each said of its
 BEGUN = "run.begun"  # there while a run is created
 # in params/: what such a study declares
 ABLATION, CHECK, TUNING = "ablation.yaml", "check.yaml", "tuning.yaml"
+MEETINGS_FILE = "missions.jsonl"  # of a study by meetings, in place of tables
 # what a tuning leaves when it is finished: its document, and a stack that drives its file
 TUNING_DOCUMENT, TUNED_STACK = "tune.json", "tuned.yaml"
 

@@ -14,7 +14,12 @@ from harness.episode.files import nav2_parameters, prices_of, rules_of, with_rec
 from harness.execution.arithmetic import machine, other_arithmetic
 from harness.execution.process_cache import kept
 from harness.execution.worker_check import project_digest
-from harness.storage.manifest_file import COUNTS, read_manifest, require_unchanged
+from harness.storage.manifest_file import (
+    COUNTS,
+    read_manifest,
+    require_stack_name,
+    require_unchanged,
+)
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
@@ -265,8 +270,7 @@ def _list(content: Mapping[str, Any], key: str, where: str) -> list[Any]:
 def _stored_stack(folder: Path, content: Any, where: str) -> Stack:
     """A stack with its files in ``params/``, wherever the manifest says that they are."""
     stack = from_mapping(Stack, content, f"{where}: stacks")
-    if Path(stack.name).name != stack.name:
-        raise InputError(f"{where}: stacks: '{stack.name}' is not the name of a stack")
+    require_stack_name(stack.name, where)
     parameters = parameter_folder(folder.absolute())
     files = {key: str(parameters / Path(file).name) for key, file in _files(stack).items()}
     nav2_file = files.get("nav2_file", "")

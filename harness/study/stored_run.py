@@ -17,7 +17,13 @@ from harness.economics.prices import Prices, load_prices
 from harness.metrics.columns import EPISODE_COLUMNS, EVENT_COLUMNS, Row
 from harness.metrics.delivery_log import JOULES_PER_KWH
 from harness.storage.checksums import changed_files
-from harness.storage.manifest_file import COUNTS, mixed_files, no_run, read_manifest
+from harness.storage.manifest_file import (
+    COUNTS,
+    mixed_files,
+    no_run,
+    read_manifest,
+    require_stack_name,
+)
 from harness.storage.new_run import MANIFEST, OF_STACKS
 from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Rows, values
@@ -172,10 +178,26 @@ def load_run(folder_or_stack: str) -> StoredRun:
     Raises:
         InputError: it holds no run that can be read; the message says what is wrong with it.
     """
-    folder, colon, stack = folder_or_stack.rpartition(":")
-    if Path(folder_or_stack).is_dir() or not colon:
-        return _load(Path(folder_or_stack))
-    return _load(Path(folder)).only(stack)
+    folder, stack = folder_and_stack(folder_or_stack)
+    if stack is None:
+        return _load(folder)
+    return _load(folder).only(stack)
+
+
+def folder_and_stack(given: str) -> tuple[Path, str | None]:
+    """The parts of ``FOLDER:stack``; None: no stack is given.
+
+    The names of both may have colons: the folder is the longest one that there is.
+    """
+    if Path(given).is_dir():
+        return Path(given), None
+    parts = given.split(":")
+    for number in range(len(parts) - 1, 0, -1):
+        folder = ":".join(parts[:number])
+        if folder and Path(folder).is_dir():
+            return Path(folder), ":".join(parts[number:])
+    folder, colon, stack = given.rpartition(":")
+    return (Path(folder), stack) if colon else (Path(given), None)
 
 
 def leg_file(folder: Path, row: Row) -> Path:
@@ -285,6 +307,8 @@ def _described(folder: Path) -> dict[str, Any]:
             f"{folder / MANIFEST}: is damaged; it should name the seed, the map and the stacks of "
             "a run"
         )
+    for name, *_ in stacks:
+        require_stack_name(name, str(folder / MANIFEST))
     return {**about, "stacks": stacks}
 
 

@@ -1,6 +1,7 @@
 """Scores of original and incumbent on training and unseen missions, with intervals."""
 
 import contextlib
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -72,15 +73,16 @@ def _score(
         raise UndefinedError(
             f"objective '{objective.name}' is undefined on every mission for one of the two files"
         )
-    numbers = missions([row for row, is_known in zip(original, known, strict=True) if is_known])
+    # those of both, so that the difference is that of the two values
+    kept = [list(itertools.compress(rows, known)) for rows in (original, incumbent)]
     paired = compare_pairs(
-        before[known], after[known], numbers, np.random.default_rng(seed),
+        before[known], after[known], missions(kept[0]), np.random.default_rng(seed),
         CENT if is_money(objective.name) else 0.0,
     )  # fmt: skip
-    total = len(original)
+    values = [told.value(rows, len(rows)) for rows in kept]
     return {
-        "original": told.value(original, total),
-        "incumbent": told.value(incumbent, total),
+        "original": values[0],
+        "incumbent": values[1],
         "shortfall": [objective.shortfall(rows) for rows in (original, incumbent)],
         "difference": paired.difference.as_json(),
         "p": paired.p,

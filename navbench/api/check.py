@@ -17,10 +17,9 @@ from harness.analysis.check import (
     check_document,
     evaluate,
 )
-from harness.analysis.compare import compare, side_of
+from harness.analysis.compare import side_of, warnings_of
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.analysis.side import Side
-from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
@@ -40,7 +39,7 @@ from harness.study.drive import TABLES, driven, finish, require_own
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
 from harness.study.preflight import check as notes_of
-from harness.study.stored_run import load_run
+from harness.study.stored_run import folder_and_stack, load_run
 from harness.task.study import Study, make_study, usable_workers
 from navbench.api.driving import any_text, say_interrupted, say_notes, say_what_failed
 from navbench.api.meetings.check import drive_meetings
@@ -156,8 +155,8 @@ def resume_check(
 
 def is_run(given: str) -> bool:
     """Whether OLD or NEW is a run folder, or a stack of one."""
-    folder, _, _ = given.rpartition(":")
-    return Path(given).is_dir() or bool(folder and Path(folder).is_dir())
+    folder, _ = folder_and_stack(given)
+    return folder.is_dir() and not given.startswith(":")
 
 
 def of_runs(old: str, new: str, within: float) -> Checked | None:
@@ -172,9 +171,10 @@ def of_runs(old: str, new: str, within: float) -> Checked | None:
     folders = {side.run.folder.resolve() for side in (first, second)}
     if len(folders) == 1 and first.stack.name == second.stack.name:
         return None
-    for warning in compare(first, second, [MARGIN]).warnings:
+    found = evaluate(first, second, within)
+    for warning in warnings_of(first, second):
         say(f"note: not comparable: {warning}")
-    return evaluate(first, second, within)
+    return found
 
 
 def study_of(old: str, new: str, where: Where, **options: Any) -> Study:

@@ -9,7 +9,12 @@ from harness.analysis.compare import Comparison, side_of
 from harness.analysis.compare import compare as compare_sides
 from harness.analysis.price_sets import UnderSet, under_price_sets
 from harness.analysis.repricing import Choices, Repriced, choose, reprice, repricing_document
-from harness.analysis.sensitivity import Sensitivity, sensitivities, sensitivity_document
+from harness.analysis.sensitivity import (
+    MAPS,
+    Sensitivity,
+    sensitivities,
+    sensitivity_document,
+)
 from harness.metrics.columns import Row
 from harness.report.sensitivity import draw_figures
 from harness.study.stored_run import require_different
@@ -51,6 +56,12 @@ class Repricing(Mapping[str, Repriced]):
 
     def __len__(self) -> int:
         return len(self.results)
+
+    @property
+    def has_margins(self) -> bool:
+        """Whether every stack has one; else nothing can be said of what they depend on."""
+        paying = self.choices.prices.accounting
+        return all(each.accountings[paying].margins is not None for each in self.results)
 
     def as_json(self) -> Row:
         """As ``navbench price --json`` prints it."""
@@ -125,7 +136,7 @@ def sensitivity(
         InputError: an unknown price, no finished delivery, or a margin that is undefined.
     """
     choices = choose(run.stored, prices, settings or {}, terms)
-    results = sensitivities(run.stored, choices, maps)
+    results = sensitivities(run.stored, choices, maps or MAPS)
     figures: list[str] = []
     if out is not None:
         figures = [str(path) for result in results for path in draw_figures(result, out)]

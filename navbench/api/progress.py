@@ -99,7 +99,7 @@ class Bar:
 @contextlib.contextmanager
 def shown(progress: Progress, tells_end: bool = True) -> Iterator[None]:
     """Show progress meanwhile; ``tells_end``: where there is no terminal, also where it ended."""
-    console = Console(stderr=True, highlight=False)
+    console = Console(stderr=True, highlight=False, emoji=False)
     if console.is_terminal:
         with Live(progress, console=console, refresh_per_second=2.0):
             yield
@@ -146,7 +146,7 @@ def count_shown(what: str, total: int) -> Iterator[Callable[[], None]]:
 
 def say(line: str) -> None:
     """Write a line on standard error."""
-    Console(stderr=True, highlight=False).print(line, markup=False, soft_wrap=True)
+    Console(stderr=True, highlight=False, emoji=False).print(line, markup=False, soft_wrap=True)
 
 
 class HasBound(Protocol):

@@ -27,8 +27,8 @@ from navstack.errors import InputError
     "metrics",
     multiple=True,
     help=(
-        "Compare this one only, e.g. margin; repeatable. Default: all, and p adjusted for "
-        "margin and share in time (sla)."
+        "Compare this one only, e.g. margin; repeatable, p adjusted for all that are named. "
+        "Default: all metrics, of which the margin decides."
     ),
 )
 @FULL

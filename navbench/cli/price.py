@@ -96,7 +96,9 @@ def price(
     told = loaded.stored, repricing.results, repricing.choices
     blocks = repriced_blocks(*told) if is_full else short_repricing(*told, _depends(repricing))
     print_blocks(blocks, report_console())
-    following = [*_words(run, prices, settings, terms), "--sensitivity"]
+    following = ["navbench", "report", run]
+    if repricing.has_margins:
+        following = [*_words(run, prices, settings, terms), "--sensitivity"]
     click.echo(f"next: {shlex.join(following)}")
 
 

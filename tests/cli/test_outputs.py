@@ -11,10 +11,11 @@ from typing import Any, NoReturn
 import pytest
 
 from harness.execution.workers import Workers
-from harness.report.blocks import Text
+from harness.report.blocks import Table, Text
 from harness.report.tables import print_blocks, report_console
 from harness.storage.shipped import shipped
 from navbench.api.driving import Tally
+from navbench.api.progress import say
 from navbench.cli.app import COMMANDS, main
 from navbench.cli.common.ending import print_with_notes
 from tests.rules import short_rules
@@ -242,6 +243,14 @@ def test_notes_stand_after_the_answer_and_before_the_next_command(
     monkeypatch.setattr(sys, "stderr", both)
     print_with_notes([Text("answer", "whole"), Text("next", "whole")], ["first", "second"])
     assert both.getvalue().splitlines() == ["answer", "note: first", "note: second", "next"]
+
+
+def test_names_between_colons_become_no_pictures(capsys: pytest.CaptureFixture[str]) -> None:
+    named = "runs/street:b: late"
+    print_blocks([Text(named, "whole"), Table("", ("Run",), [(named,)])], report_console())
+    say(named)
+    told = capsys.readouterr()
+    assert (told.out.count(named), told.err.count(named)) == (2, 1)
 
 
 class Terminal(io.StringIO):

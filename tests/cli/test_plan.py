@@ -322,6 +322,16 @@ def test_clearance_of_a_straight_drive_and_of_a_turn() -> None:
     assert squares_with().clearance(line, Pose2D(), Pose2D(), BODY) == REACH
 
 
+def test_clearance_is_the_same_however_far_apart_the_points_of_a_path_are() -> None:
+    taken = np.zeros((100, 600), dtype=np.bool_)
+    taken[60, 300] = True  # 1 m beside the middle of a drive of 58 m
+    obstacle = Obstacles(taken, 0.1, 0.0, 0.0)
+    for number in (2, 3, 200):
+        line = np.column_stack((np.linspace(1.0, 59.0, number), np.full(number, 5.0)))
+        found = obstacle.clearance(line, Pose2D(1.0, 5.0), Pose2D(59.0, 5.0), BODY)
+        assert found == pytest.approx(1.0 - BODY[:, 1].max()), number
+
+
 def test_clearance_equals_shapely_on_fine_placements() -> None:
     rng = np.random.default_rng(2)
     taken = rng.random((200, 200)) < 0.0004

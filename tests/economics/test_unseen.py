@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
+from harness.economics.accountings import MONOTONE
+from harness.economics.contact_costs import injury_costs, monotone_injury_costs, turning_impulse
+from harness.economics.price import with_values
 from harness.economics.prices import load_prices
 from harness.economics.unseen import (
     difference_admitting_unseen,
@@ -84,6 +87,23 @@ def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
     # the published curve's highest, at 1042 N s
     assert free.most == pytest.approx(1219.67 + beside, abs=0.01)
     assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
+
+
+@pytest.mark.parametrize("mass", [20.0, 50.0, 500.0])
+def test_the_dearest_contact_is_found_for_light_and_heavy_robots(mass):
+    prices = with_values(load_prices(), {"robot_mass": mass})
+    dearest = float(injury_costs(turning_impulse(prices), prices))
+    other = 3.49 + prices.food_price + prices.repair_per_physical_assistance
+    assert reach_of_loss(prices).most == pytest.approx(dearest + other, rel=1e-5)
+
+
+def test_where_harder_costs_more_the_hardest_contact_is_the_dearest():
+    prices = load_prices()
+    hardest = monotone_injury_costs(5000.0, prices)
+    other = 3.49 + prices.food_price + prices.repair_per_physical_assistance
+    found = reach_of_loss(prices, accounting=MONOTONE)
+    assert found.most == pytest.approx(float(hardest) + other)
+    assert found.most > 10.0 * reach_of_loss(prices).most
 
 
 @pytest.mark.parametrize(("best", "most", "among_best"), [(-20.0, 3.49, 1), (10.0, 10.0, 2)])

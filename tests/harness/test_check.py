@@ -119,6 +119,19 @@ def test_only_the_folder_of_a_check_is_gone_on_with(write_run, navbench, mark: s
     assert shlex.split(last.removeprefix("next: ")) == ["navbench", *command]
 
 
+def test_a_check_by_meetings_is_no_run_and_its_stacks_are_compared(write_run, navbench) -> None:
+    folder = write_run("run", episodes=2)
+    (folder / "params" / "check.yaml").touch()
+    (folder / "missions.jsonl").touch()
+    for table in folder.glob("*.parquet"):
+        table.unlink()
+    status, _, said = navbench("price", folder)
+    assert status == 1 and "a check by meetings, without a table of deliveries" in said
+    assert said.rstrip().endswith(
+        f"compare {folder}:STACK {folder}:STACK compares two of its stacks"
+    )
+
+
 def test_the_localizer_is_that_of_both_sides() -> None:
     both = api.study_of("nav2-stock", "nav2-gps", Where(workers=1), localizer="gps-ekf")
     assert [stack.localizer for stack in both.stacks] == ["gps-ekf", "gps-ekf"]
@@ -135,6 +148,17 @@ def test_a_worse_one_fails_where_asked_to_and_leaves_a_comment(
     text = comment.read_text()
     assert status == 4 and "**worse**: NEW less OLD is -60.00" in text
     assert text.count("navbench replay") == 3 and "a`b" not in text
+
+
+def test_screen_and_comment_tell_what_ended_in_an_error(write_run, navbench, tmp_path) -> None:
+    def fail(row):
+        if row["episode"] in (2, 7):
+            row["error"] = "world: gone"
+
+    runs, comment = (write_run("a"), write_run("b", change=fail)), tmp_path / "comment.md"
+    status, screen, _ = navbench("check", *runs, "--markdown", comment)
+    told = "2 deliveries ended in an error; such missions are left out"
+    assert status == 3 and told in screen and told in comment.read_text()
 
 
 def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(

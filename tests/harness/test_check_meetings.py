@@ -92,6 +92,12 @@ def test_the_method_and_what_it_cannot_see_are_told(checked: MeetingsChecked) ->
     )
 
 
+def test_screen_and_comment_tell_what_ended_in_an_error(checked: MeetingsChecked) -> None:
+    failed, told = dataclasses.replace(checked, errors=3), "3 missions left out, which ended in an"
+    assert any(told in block.text for block in short_meetings(failed))
+    assert told in meetings_markdown(failed) and told not in meetings_markdown(checked)
+
+
 def test_the_missions_that_differ_most_are_told(checked: MeetingsChecked) -> None:
     assert checked.result is not None
     margins = np.zeros((8, 2))

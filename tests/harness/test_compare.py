@@ -128,6 +128,17 @@ def test_two_stacks_of_one_folder(write_run):
         compared(run, run)
 
 
+def test_names_of_folders_and_stacks_may_have_colons(write_run, navbench):
+    run = write_run("at 12:30", ("nav2:10:15", "nav2"), episodes=6)
+    for asked in ("compare", "check"):
+        status, told, said = navbench(asked, f"{run}:nav2", f"{run}:nav2:10:15")
+        assert (status, said) == (0, "")
+        assert "nav2:10:15" in told
+    assert load_run(f"{run}:nav2:10:15").first_stack == f"{run}:nav2:10:15"
+    with pytest.raises(InputError, match="unknown stack of .*at 12:30 'nav2:10'"):
+        load_run(f"{run}:nav2:10")
+
+
 def test_other_recorded_people_are_named(write_run):
     runs = [write_run(name, episodes=4) for name in "ab"]
     for run, x in zip(runs, (1.0, 31.0), strict=True):
@@ -142,6 +153,32 @@ def test_missions_without_a_partner_are_left_out_and_counted(write_run):
     result = compared(write_run("a", episodes=12), write_run("b", episodes=10, change=fail))
     assert result["pairs"] == 8
     assert (result["a"]["left_out"], result["b"]["left_out"]) == (4, 0)
+
+
+@pytest.mark.parametrize("command", ["compare", "check"])
+def test_a_side_that_finished_nothing_is_told(write_run, navbench, command):
+    def fail(row):
+        row["error"] = "world: gone"
+
+    runs = write_run("before", episodes=6), write_run("after", episodes=6, change=fail)
+    status, _, said = navbench(command, *runs)
+    assert (status, "after:mine has no finished delivery (6 ended in an error)" in said) == (
+        1,
+        True,
+    )
+
+
+def test_a_margin_that_no_side_has_is_undefined_and_not_unknown(write_run, navbench):
+    def arrive(row):
+        row["outcome"] = "arrived"
+
+    run = write_run("run", ("a", "b"), episodes=6, change=arrive)
+    status, _, said = navbench("compare", f"{run}:a", f"{run}:b", "--metric", "margin")
+    assert (
+        status == 1 and "contribution_margin is undefined on all common missions of run:a" in said
+    )
+    status, _, said = navbench("check", f"{run}:a", f"{run}:b")
+    assert status == 1 and "run:a has no margin, as its cargo is not modelled" in said
 
 
 def test_other_missions_cannot_be_compared(write_run):

@@ -175,6 +175,21 @@ def test_the_next_command_has_the_stack_and_the_prices(write_run, capsys):
     assert last == f"next: navbench price {run} {options} --sensitivity"
 
 
+def test_the_screen_breaks_even_by_the_accounting_of_the_prices(write_run, navbench):
+    def arrive(row):
+        row["outcome"] = "sla"
+
+    run = write_run("run", crowd=0.3, change=arrive)
+    entry = priced(run, "insurer")[0]["accountings"]
+    assert entry["published"]["break_even_runs"] is None
+    runs = entry["robot_at_fault"]["break_even_runs"]
+    _, told, _ = navbench("price", run, "--prices", "insurer")
+    assert "these prices go with the accounting 'robot at fault'" in told
+    assert re.search(rf"Break-even \(runs\) +{runs:,.0f}\n", told)
+    _, document, _ = navbench("price", run, "--prices", "insurer", "--json")
+    assert json.loads(document)["accounting"] == "robot_at_fault"
+
+
 def test_accounting_by_hand(write_run):
     """Each accounting of each contact added up in plain Python."""
     run = write_run("run")
@@ -441,6 +456,15 @@ def test_a_damaged_folder_is_refused_in_one_line(write_run, damage, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["../../elsewhere", "a/b", "nul\0"])
+def test_the_name_of_a_stack_leads_into_no_other_folder(write_run, navbench, tmp_path, name):
+    run = write_run("run", (name,), episodes=6)
+    before = sorted(tmp_path.rglob("*"))
+    status, _, said = navbench("price", run, "--sensitivity", "--out", tmp_path / "a" / "b")
+    assert status == 1 and "is not the name of a stack" in said and said.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 @pytest.mark.parametrize("number", [None, 1e300])
 def test_what_cannot_have_been_measured_is_refused(write_run, number):
     def spoil(row):
@@ -675,8 +699,10 @@ def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path):
         ),
     ],
 )
-def test_a_set_that_cannot_be_used_is_refused(write_run, tmp_path, text, message):
-    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
+def test_a_set_that_cannot_be_used_is_refused_before_anything_drives(tmp_path, text, message):
+    file = tmp_path / "mine.yaml"
+    file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message) as caught:
-        priced(write_run("run", episodes=1), str(tmp_path / "mine.yaml"))
+        load_prices(str(file))
+    assert str(caught.value).startswith(f"{file}: ")
     assert "\n" not in str(caught.value)

@@ -2,13 +2,16 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from harness.analysis.evaluator import profits
 from harness.analysis.repricing import choose, reprice, repricing_document
-from harness.analysis.sensitivity import break_even_spread
-from harness.economics.price import price_keys
+from harness.analysis.sensitivity import break_even_spread, sensitivities
+from harness.economics.accountings import ACCOUNTINGS
+from harness.economics.price import price_keys, with_values
 from harness.study.stored_run import load_run
 from navbench.cli.price import price
 from navbench.cli.values import names_of, pairs_of, settings_of
@@ -78,6 +81,42 @@ def test_its_ends_are_those_of_the_run_priced_again(varied, key):
             bar["contribution_margin"][place],
             bar["profit_usd_per_run"][place],
         ) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("accounting", ACCOUNTINGS)
+def test_profit_and_its_ends_are_by_the_accounting_of_the_prices(write_run, accounting):
+    run = load_run(str(write_run("run", episodes=30, crowd=3.0)))
+    published = choose(run, None, {}, ())
+    chosen = replace(published, prices=replace(published.prices, accounting=accounting))
+    (found,) = sensitivities(run, chosen, [])
+
+    def margin_at(key, number):
+        prices = with_values(chosen.prices, {key: number})
+        (result,) = reprice(run, replace(chosen, prices=prices))
+        return result.accountings[accounting].intervals["contribution_margin"].value
+
+    today = pytest.approx(margin_at("refund", 35.42), abs=1e-3)
+    assert found.economics.contribution_margin == today
+    assert np.mean(profits(run, run.stacks[0], chosen)) == today
+    bars = {bar.price: bar for bar in found.bars}
+    for key in ("robot_mass", "injury.costs.mais_1", "property_damage.mailbox"):
+        bar = bars[key]
+        ends = [margin_at(key, number) for number in (bar.low, bar.high)]
+        assert bar.contribution_margin == pytest.approx(ends, abs=1e-3), key  # electricity
+
+
+def test_too_many_deliveries_without_a_result_have_no_profit_to_vary(write_run, navbench):
+    def fail(row):
+        if row["episode"] == 3:
+            row["error"] = "world: gone"
+
+    run = write_run("run", episodes=10, change=fail)
+    status, told, said = navbench("price", run, "--sensitivity")
+    assert (status, told) == (1, "")
+    assert "mine: the margin is undefined, because 1 of 10 deliveries have no result" in said
+    _, told, _ = navbench("price", run)
+    assert "depends most on" not in told
+    assert told.splitlines()[-1] == f"next: navbench report {run}"
 
 
 def test_a_map_is_the_run_priced_again_at_both_prices(varied):

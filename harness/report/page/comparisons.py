@@ -4,7 +4,8 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from harness.analysis.compare import compare, have_common_missions
+from harness.analysis.compare import compare
+from harness.analysis.pairing import have_common_missions
 from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
 from harness.metrics.metric import Metric

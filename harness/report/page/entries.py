@@ -13,6 +13,7 @@ from harness.economics.valuation import (
     CENT,
     Valuation,
     deliveries,
+    has_too_few,
     missions,
     tells_of_rare,
     value,
@@ -63,10 +64,17 @@ class PageEntry:
         return admitting_unseen(self.run, self.stack, column)
 
     @property
+    def has_too_few(self) -> bool:
+        """Whether so many deliveries have no result that nothing is said of the mean margin."""
+        return has_too_few(len(self.stack.rows), self.stack.errors)
+
+    @property
     def no_draws(self) -> str:
         """Why the mean margin has no bootstrap; empty: it has one."""
         if self.margin is None:
             return "the cargo was not simulated"
+        if self.has_too_few:
+            return "too many deliveries have no result"
         if tells_of_rare(self.margin, missions(self.stack.rows)):
             return ""
         if np.ptp(self.margin) <= CENT:

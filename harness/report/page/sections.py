@@ -223,7 +223,7 @@ def profit(entries: Sequence[PageEntry]) -> list[Json]:
             **profit_curve(entry.margin, missions(entry.stack.rows), entry.run.seed),
         }
         for entry in entries
-        if entry.margin is not None
+        if entry.margin is not None and not entry.has_too_few
     ]
 
 

@@ -53,10 +53,7 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
     lines.append(sentence(checked))
     if checked.bound.n:
         lines += aligned([("", "OLD", "NEW", "NEW - OLD"), *mean_rows(checked)])
-    if checked.left_out:
-        lines.append(
-            f"{counted(checked.left_out, 'delivery')} ended in an error; such missions are left out"
-        )
+    lines.append(_left_out(checked))
     if checked.apart:
         lines.append("missions that differ most:")
     for mission in checked.apart:
@@ -136,6 +133,8 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
     if checked.bound.n:
         heads = ("Mean", "OLD", "NEW", "NEW - OLD")
         blocks.append(Table("What they earn", heads, mean_rows(checked)))
+    if missing := _left_out(checked):
+        blocks.append(Text(missing))
     missions = [
         (str(mission.episode), f"{mission.difference:+.2f}", *_told(mission), code_text(replay))
         for mission in checked.apart
@@ -144,6 +143,13 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
     columns = ("Mission", "NEW - OLD [$]", "OLD", "NEW", "Replay")
     blocks.append(Table("Missions that differ most", columns, missions))
     return markdown_text([*blocks, Text(LIMIT)])
+
+
+def _left_out(checked: Checked) -> str:
+    """How many deliveries have no result; empty: all have one."""
+    if not checked.left_out:
+        return ""
+    return f"{counted(checked.left_out, 'delivery')} ended in an error; such missions are left out"
 
 
 def _told(mission: Mission) -> tuple[str, str]:

@@ -11,7 +11,6 @@ from harness.analysis.rare import reach_of
 from harness.analysis.repricing import Choices, Repriced
 from harness.analysis.sensitivity import Sensitivity
 from harness.analysis.side import Side
-from harness.economics.accountings import PUBLISHED
 from harness.economics.cost_terms import MARGIN
 from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
@@ -29,7 +28,7 @@ from harness.report.blocks import Block, Text
 from harness.report.comparison import of_all, sooner
 from harness.report.numbers import all_of, count_text, counted, interval_text, number_text
 from harness.report.page.comparisons import FOREMOST, metric_titles
-from harness.report.repriced import SHOWN
+from harness.report.repriced import SHOWN, goes_with
 from harness.report.short.run import BRACKETS, CONTACT_RATE, MANY, aligned, errors_of
 from harness.report.short.setup import (
     drivers_of,
@@ -124,7 +123,7 @@ def side_line(side: Side) -> str:
 def short_repricing(
     run: StoredRun, results: Sequence[Repriced], choices: Choices, sensitive: Sequence[Sensitivity]
 ) -> list[Block]:
-    """The margin of each stack under three accountings of contacts, and what it depends on.
+    """The margin of each stack under the main accountings, and what it depends on.
 
     Args:
         run: that was priced.
@@ -135,15 +134,19 @@ def short_repricing(
     sets = [f"{key} = {number:g}" for key, number in choices.settings.items()]
     sets += [f"with {name}" for name in choices.optional.names]
     lines = [setup_line(run), unlike_line(unlike_published(run)), ", ".join(sets)]
-    titles = (TEXTS.accountings[name] for name in SHOWN)
+    paying = choices.prices.accounting
+    if rule := goes_with(choices):
+        lines.append(f"{rule}: break-even and what profit depends on are by it")
+    shown = tuple(dict.fromkeys((*SHOWN, paying)))
+    titles = (TEXTS.accountings[name] for name in shown)
     head = ["Margin ($/delivery)", *titles, "Break-even (runs)"]
     rows = []
     for each in results[:MOST_STACKS]:
         margins = [
             interval_text(_margin(run, each, name, choices.prices), absent="undefined")
-            for name in SHOWN
+            for name in shown
         ]
-        runs = count_text(each.accountings[PUBLISHED].break_even_runs)
+        runs = count_text(each.accountings[paying].break_even_runs)
         rows.append([each.stack.name, *margins, runs])
     table = [head, *rows]
     if len(rows) < MANY:  # which fit beside each other
@@ -163,7 +166,8 @@ def _margin(run: StoredRun, priced: Repriced, accounting: str, prices: Prices) -
     if found is None:
         return None
     clusters = missions(priced.stack.rows)
-    return margin_admitting_unseen(found, reach_of(run, prices), clusters, run.seed)
+    reach = reach_of(run, prices, accounting)
+    return margin_admitting_unseen(found, reach, clusters, run.seed)
 
 
 def dependence(result: Sensitivity) -> list[str]:

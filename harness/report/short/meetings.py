@@ -55,9 +55,7 @@ def short_meetings(checked: MeetingsChecked) -> list[Block]:
             f"  {mission.episode}: {mission.difference:+.2f} USD; a delivery of OLD hits {old} "
             f"people, of NEW {new}"
         )
-    if checked.errors:
-        lines.append(f"{counted(checked.errors, 'mission')} left out, which ended in an error")
-    lines += [blind_spots(), LIMIT, _next(checked)]
+    lines += [_left_out(checked), blind_spots(), LIMIT, _next(checked)]
     return lines_of(lines)
 
 
@@ -74,6 +72,8 @@ def meetings_markdown(checked: MeetingsChecked) -> str:
     if result is not None:
         blocks.append(Table("What they earn", ("Mean", "OLD", "NEW"), _quantities(result)))
         blocks.append(Text(f"{METHOD}; {driven_text(result)}"))
+    if missing := _left_out(checked):
+        blocks.append(Text(missing))
     missions = [
         (str(each.episode), f"{each.difference:+.2f}", *(f"{hits:.2f}" for hits in each.hits))
         for each in checked.apart
@@ -81,6 +81,13 @@ def meetings_markdown(checked: MeetingsChecked) -> str:
     heads = ("Mission", "NEW - OLD [$]", "OLD hits (1/delivery)", "NEW hits (1/delivery)")
     blocks.append(Table("Missions that differ most", heads, missions))
     return markdown_text([*blocks, Text(blind_spots()), Text(LIMIT)])
+
+
+def _left_out(checked: MeetingsChecked) -> str:
+    """How many missions have no result; empty: all have one."""
+    if not checked.errors:
+        return ""
+    return f"{counted(checked.errors, 'mission')} left out, which ended in an error"
 
 
 def blind_spots() -> str:

@@ -11,7 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from statistics import fmean
 
-from harness.analysis.compare import Comparison, compare, have_common_missions
+from harness.analysis.compare import Comparison, compare
+from harness.analysis.pairing import have_common_missions
 from harness.analysis.repricing import accounted_margins
 from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN

@@ -292,6 +292,17 @@ def test_without_cargo_the_money_is_undefined_and_the_page_says_so(write_run):
     assert data["deliveries"]["profit"] == [None] * 5
 
 
+def test_a_margin_that_is_not_told_has_no_profit_and_no_break_even(write_run):
+    def fail(row):
+        if row["episode"] == 3:
+            row["error"] = "world: gone"
+
+    data = shown(write_run("failed", episodes=30, change=fail))
+    assert data["headline"]["stacks"][0]["margin"]["v"] is None
+    assert (data["profit"], data["breakEven"]) == ([], [])
+    assert {each["why"] for each in data["noBreakEven"]} == {"too many deliveries have no result"}
+
+
 def test_profit_is_summed_in_order_within_a_band_of_what_chance_allows():
     curve = profit_curve(np.array([2.0, -1.0, 4.0]), np.arange(3), 0)
     assert (curve["k"], curve["sum"]) == ([1.0, 2.0, 3.0], [2.0, 1.0, 5.0])

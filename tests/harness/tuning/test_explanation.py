@@ -326,6 +326,21 @@ def test_what_is_undefined_on_the_test_is_left_out_of_the_scores(make_study: Mak
     assert set(scores["optimism"]) == {"margin", "sla"}
 
 
+def test_a_difference_is_that_of_its_values_where_some_missions_have_none(
+    make_study: MakeStudy,
+) -> None:
+    study = dataclasses.replace(make_study(trials=10), objectives=("spl",))
+    first, second = (
+        [{**row, "spl": None if place == gap else 0.01 * place} for place, row in enumerate(rows)]
+        for rows, gap in zip(study.test_rows, (0, 5), strict=True)
+    )
+    train = tuple([{**row, "spl": 0.5} for row in rows] for rows in study.train_rows)
+    found = scores_document(dataclasses.replace(study, train_rows=train, test_rows=(first, second)))
+    score = found["test"]["spl"]
+    assert score["difference"]["n"] == len(first) - 2
+    assert score["incumbent"] - score["original"] == pytest.approx(score["difference"]["value"])
+
+
 def test_a_gain_is_proved_by_about_so_many_missions() -> None:
     gains = np.random.default_rng(1).normal(4.0, 12.0, 30)
     pairs: Any = SimpleNamespace(
