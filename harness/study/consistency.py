@@ -57,7 +57,7 @@ def contradictions(folder: Path, study: Study, run: StoredRun, is_exact: bool) -
     if is_packed:
         kinds.append(in_economics(run))
     else:
-        kinds.append(_in_timings(folder, rows, run.is_on_district))
+        kinds.append(_in_timings(folder, rows, run.has_legs))
     if not is_packed and not (folder / JOURNAL).exists():
         kinds.append(_in_summary(folder, study, rows))
     if is_exact:

@@ -100,7 +100,7 @@ def test_what_cannot_be_compared_is_one_line(
     [
         (("--only", "1"), "leave out --only"),
         (("--record", "full"), "leave out --record"),
-        (("--world", "social_force"), "react to the robot"),
+        (("--world", "social_force"), "all set out at once"),
         (("--pedestrians", "0"), "nobody to meet"),
     ],
 )

@@ -294,8 +294,9 @@ def test_what_docs_name_goes_unnoticed_where_it_is_not_driven_again(
 
 
 @pytest.fixture
-def packed(driven: Path, tmp_path: Path) -> Path:
-    """The same run without its recordings, packed."""
+def packed(driven: Path, tmp_path: Path, hall: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The same run without its recordings, packed, and looked at from where its map is."""
+    monkeypatch.chdir(hall.parent)
     without = document("run.json", lambda it: it.update(keep_trace=False, keep_decisions=False))
     pack([edited(driven, tmp_path, without, "")], tmp_path / "packed", "this")
     return tmp_path / "packed"

@@ -79,7 +79,7 @@ def test_the_starting_point_tells_what_people_cost(rows: list[dict[str, Any]]) -
     ("more", "told"),
     [
         (("--objective", "cvar"), "meetings tell the margin alone"),
-        (("--world", "social_force"), "react to the robot"),
+        (("--world", "social_force"), "all set out at once"),
     ],
 )
 def test_where_it_cannot_be_it_is_one_line(navbench, more: tuple[str, ...], told: str) -> None:
