@@ -75,12 +75,13 @@ def drive(started, localizer, ticks):
     return go_on
 
 
-def require_honest(rows):
-    """No belief that says TRACKING is far off."""
+def farthest_tracking(rows):
+    """How far off [m] a belief is at most that says TRACKING; infinite where one is not finite."""
     off = errors(rows)
     tracks = np.array([belief.health is Health.TRACKING for belief, _ in rows])
-    assert np.isfinite(off).all()
-    assert not (tracks & (off > BLIND)).any(), off[tracks].max()
+    if not np.isfinite(off).all():
+        return math.inf
+    return off[tracks].max(initial=0.0)
 
 
 BACK = (-0.05, -0.3, -2.0, -4.0, -5.5, -1000.0, -1.7e9)
@@ -91,7 +92,7 @@ OF_ONE = (-1.7e9, -4.0, -0.3, 0.3, 4.0, 1.7e9)  # where each sensor is set alone
 @pytest.mark.parametrize("step", BACK)
 def test_a_clock_that_is_set_back_costs_nothing(drive, ticks, step):
     rows = drive(lambda stamp: stamp + step)
-    require_honest(rows)
+    assert farthest_tracking(rows) <= BLIND
     assert errors(rows).max() < 0.6
     assert rows[-1][0].health is Health.TRACKING
     assert math.isclose(rows[-1][0].stamp, ticks[-1][0].stamp + step)
@@ -99,14 +100,14 @@ def test_a_clock_that_is_set_back_costs_nothing(drive, ticks, step):
 
 def test_a_clock_that_starts_again_and_again(drive):
     rows = drive(lambda stamp: stamp % 2.5)
-    require_honest(rows)
+    assert farthest_tracking(rows) <= BLIND
     assert errors(rows).max() < 0.6
 
 
 @pytest.mark.parametrize("step", AHEAD)
 def test_a_clock_that_is_set_ahead(localizer, drive, step):
     rows = drive(lambda stamp: stamp + step)
-    require_honest(rows)
+    assert farthest_tracking(rows) <= BLIND
     is_reckoning = type(localizer).__name__ == "DeadReckoningLocalizer"
     if not is_reckoning:
         assert errors(rows)[-1] < 0.5
@@ -116,12 +117,12 @@ def test_a_clock_that_is_set_ahead(localizer, drive, step):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("step", OF_ONE)
 def test_one_sensor_whose_clock_is_set(drive, kind, step):
-    require_honest(drive(lambda stamp: stamp + step, kinds=(kind,), now=False))
+    assert farthest_tracking(drive(lambda stamp: stamp + step, kinds=(kind,), now=False)) <= BLIND
 
 
 @pytest.mark.parametrize("step", BACK + AHEAD)
 def test_all_sensors_whose_clock_is_set(drive, step):
-    require_honest(drive(lambda stamp: stamp + step, now=False))
+    assert farthest_tracking(drive(lambda stamp: stamp + step, now=False)) <= BLIND
 
 
 @pytest.mark.parametrize("lasts", [FOR, math.inf])
@@ -131,11 +132,11 @@ def test_a_clock_that_stands(drive, kinds, now, lasts):
     def stop(stamp):
         return stamp if stamp > AT + lasts else min(stamp, AT)
 
-    require_honest(drive(stop, kinds=kinds, now=now))
+    assert farthest_tracking(drive(stop, kinds=kinds, now=now)) <= BLIND
 
 
 @pytest.mark.parametrize("period", [0.1, 0.5, 1.0])
 def test_stamps_that_are_repeated(drive, period):
     rows = drive(lambda stamp: period * (stamp // period), now=False)
-    require_honest(rows)
+    assert farthest_tracking(rows) <= BLIND
     assert errors(rows)[-1] < BLIND

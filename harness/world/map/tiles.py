@@ -21,11 +21,11 @@ from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, Pose2D
 
 Cells = npt.NDArray[np.int8]
-_CODEC = "lz4"  # unpacks 16 million cells in 1 ms, where reading their image takes 90
+_CODEC = "lz4"  # unpacks much faster than an image is read
 
 
 class _PackedGrid:
-    """A grid in a hundredth of its memory."""
+    """A grid whose cells are compressed."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         """Pack its cells."""
