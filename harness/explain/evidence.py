@@ -129,7 +129,7 @@ def require_one_map(run: StoredRun, what: str) -> None:
     Raises:
         InputError: they are missions on a district, of which only legs are known.
     """
-    if run.is_on_district:
+    if run.has_legs:
         losses = f"navbench map losses {quoted(run.first_stack)}"
         raise InputError(
             f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "

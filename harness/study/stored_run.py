@@ -80,15 +80,12 @@ class StoredRun:
         return f"{self.folder}:{self.stacks[0].name}"
 
     @property
-    def is_on_district(self) -> bool:
-        """Whether its deliveries are missions on a folder of ``navbench map osm``."""
-        return is_district(str(self.about["map_name"]))
-
-    @property
     def has_legs(self) -> bool:
         """Whether its deliveries are missions in legs, also where their district is not here."""
         is_drawn_there = self.about.get("distance") or self.about.get("missions") == "osm"
-        return bool(is_drawn_there) or self.is_on_district or self._keeps_legs()
+        return (
+            bool(is_drawn_there) or is_district(str(self.about["map_name"])) or self._keeps_legs()
+        )
 
     def _keeps_legs(self) -> bool:
         rows = (row for stack in self.stacks for row in stack.rows)

@@ -66,7 +66,7 @@ def _drive_again(
     from harness.explain.moments import costly_episodes
 
     recordings: dict[tuple[Path, str, int], Path] = {}
-    on_maps = [run for run in runs if not run.is_on_district]
+    on_maps = [run for run in runs if not run.has_legs]
     missing = [
         each
         for each in dearest(on_maps, most)

@@ -15,7 +15,7 @@ from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
 from harness.storage.files import require_folder, write_text
 from harness.storage.rows import values
-from harness.storage.shipped import ROUTE_GRAPH
+from harness.storage.shipped import ROUTE_GRAPH, is_district
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
@@ -194,7 +194,7 @@ def street_losses(run: Run, picture: Path) -> Row:
         raise InputError(f"{run.folder} has {len(stored.stacks)} stacks; give one as FOLDER:stack")
     if not stored.has_legs:
         raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
-    if not stored.is_on_district:
+    if not is_district(str(folder)):
         raise InputError(f"{run.folder}: its district {folder} is not here; put it there again")
     prices = stored.prices()
     stack = repriced(stored.stacks[0], stored.events, prices)

@@ -126,7 +126,7 @@ def _print_next(run: "StoredRun", driven: "Driven", page: Path | None) -> None:
         where, following = f"page: {page}", f"replay {quoted(folder)}"
         if any(costly_episodes(run.only(stack.name)) for stack in run.stacks):
             following = f"explain {quoted(folder)}"
-    if page is not None and run.is_on_district:
+    if page is not None and run.has_legs:
         following = f"map losses {quoted(run.first_stack)}"
     checksum = (root_digest(folder) or "")[:DIGITS]
     last = f"{where}; checksum {checksum}; next: navbench {following}"

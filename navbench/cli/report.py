@@ -52,7 +52,7 @@ def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
         click.echo(f"and {len(loaded) - MOST_RUNS} more runs")
     print_size(out, "page, ")
     following = ["explain", runs[0]]
-    if loaded[0].stored.is_on_district:
+    if loaded[0].stored.has_legs:
         following = ["map", "losses", loaded[0].stored.first_stack]
     click.echo(f"next: navbench {shlex.join(following)}")
 

@@ -68,7 +68,7 @@ def summary_blocks(run: StoredRun) -> list[Block]:
     ]
     if len(columns) < MANY:
         rows = list(ROWS)
-        if run.is_on_district:
+        if run.has_legs:
             rows += ON_STREETS
         lines += aligned(_beside([*columns, _paper(run)], rows))
         priced = robot_price_line(run, run.prices())
