@@ -4,6 +4,7 @@ import contextlib
 import fcntl
 import os
 import re
+import shutil
 import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
@@ -144,6 +145,33 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
             error.filename = str(path)
         raise
     sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def arriving_together(folder: Path, name: str) -> Iterator[Path]:
+    """A folder whose files are put into another one once they are all complete.
+
+    What an interrupt, a full disk or a killed program leaves is never half of a map.
+
+    Args:
+        folder: where they are put; it is made if need be.
+        name: of what they make up; what a killed program left of it is removed.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    partial = folder / f".{name}.partial"
+    with writing(folder):
+        if partial.exists():
+            shutil.rmtree(partial)
+        partial.mkdir(parents=True)
+    try:
+        yield partial
+        with writing(folder):
+            for file in sorted(partial.iterdir()):
+                file.replace(folder / file.name)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def no_links(path: str, flags: int) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.report.map_picture import VIEWS, draw_map
 from harness.statistics.bootstrap import bootstrap_mean
-from harness.storage.files import require_folder
+from harness.storage.files import arriving_together, require_folder
 from harness.task.mission import SAMPLINGS, MissionSampler
 from harness.world.map.importer import ImportSettings, import_scene
 from harness.world.map.scene import Scene
@@ -47,13 +47,15 @@ def make_map(name: str, seed: int = 0, out: Path = Path()) -> Path:
         The map's YAML file.
 
     Raises:
-        InputError: the seed is negative, the name is no map's name, or such a map is there already.
-        MapError: the folder cannot be written.
+        InputError: the seed is negative, the name is no map's name, such a map is there already, or
+            the folder cannot be written.
+        MapError: a file of it cannot be written.
     """
     if seed < 0:
         raise InputError(f"--seed {seed} is out of range; give 0 or more")
     _require_new(name, out)
-    write(seed, out, name)
+    with arriving_together(out, name) as made:
+        write(seed, made, name)
     return out / f"{name}.yaml"
 
 
@@ -80,18 +82,20 @@ def import_map(
         The map's YAML file.
 
     Raises:
-        InputError: the name is no map's name, or such a map is there already.
-        MapError: a map or a number cannot be used, or the folder cannot be written.
+        InputError: the name is no map's name, such a map is there already, or the folder cannot be
+            written.
+        MapError: a map or a number cannot be used, or a file cannot be written.
     """
     _require_new(name, out)
     settings = ImportSettings(curb_height=curb, margin=margin)
     scene = import_scene(name, load_map(mesh), load_map(geometry), settings)
-    save_scene(scene, out, name)
+    with arriving_together(out, name) as made:
+        save_scene(scene, made, name)
     return out / f"{name}.yaml"
 
 
 def _require_new(name: str, out: Path) -> None:
-    """Check that a map of this name can be made in a folder, and make the folder."""
+    """Check that a map of this name can be made in a folder."""
     check_map_name(name)
     names = made_of(name)
     there = next((file for file in sorted(out.glob(f"{name}*")) if file.stem in names), None)

@@ -13,7 +13,7 @@ from harness.report.street.losses import draw_losses
 from harness.report.street.picture import draw_district
 from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
-from harness.storage.files import require_folder, write_text
+from harness.storage.files import arriving_together, require_folder, write_text
 from harness.storage.rows import values
 from harness.storage.shipped import ROUTE_GRAPH, is_district
 from harness.storage.tables import read_rows
@@ -90,17 +90,13 @@ def import_osm(
         tell()
         graph = with_places(build_graph(district), extract)
         tell()
-        try:
-            told["maps"] = [str(each) for each in save_maps(district, out, name)]
+        with arriving_together(out, name) as made:
+            told["maps"] = [str(out / each.name) for each in save_maps(district, made, name)]
             tell()
-            told |= _drawn_and_measured(district, graph, out, name, tell)
+            told |= _drawn_and_measured(district, graph, made, name, tell)
             page = markdown_text(street_page(told, f"{name}{_PICTURE}"))
-            write_text(out / f"{name}_statistics.md", f"# {name}\n\n{page}")
-            tell()
-        except BaseException:  # a full disk or an interrupt: half a district is none
-            for each in _written(out, name):
-                each.unlink()
-            raise
+            write_text(made / f"{name}_statistics.md", f"# {name}\n\n{page}")
+        tell()
     return told
 
 

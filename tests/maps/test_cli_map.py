@@ -14,6 +14,7 @@ from harness.world.map.scene_io import load_scene
 from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.errors import MapError
 from navstack.types import Pose2D
 
 MAPS = shipped("maps")
@@ -154,6 +155,20 @@ def test_the_shipped_world_is_the_one_that_the_command_makes(
         )
         assert made.mode == kept.mode and np.array_equal(np.asarray(made), np.asarray(kept))
     assert load_scene(path).name == "town"
+
+
+def test_half_a_map_is_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fill(seed: int, folder: Path, name: str) -> None:
+        (folder / f"{name}.geojson").write_text("half")
+        raise MapError("no space left on device")
+
+    monkeypatch.setattr("navbench.api.maps.write", fill)
+    out = tmp_path / "out"
+    assert status("new", "--name", "town", "--out", str(out)) == 1
+    assert "no space left" in capsys.readouterr().err
+    assert list(out.iterdir()) == []
 
 
 def test_nothing_of_a_map_is_written_over(hall: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -316,7 +316,9 @@ def test_half_a_district_is_none(
         monkeypatch.setattr(f"navbench.api.street.{name}", lambda *_: None)
     monkeypatch.setattr("navbench.api.street.save_maps", fill)
     file, out = small_town().write(tmp_path / "town.osm"), tmp_path / "out"
-    out.mkdir()
+    left = out / ".town.partial"  # by a program that was killed
+    left.mkdir(parents=True)
+    (left / "town.yaml").write_text("half")
     assert status("osm", str(file), "--bbox", BOX, "--out", str(out)) == 1
     assert "town.png" in (said := capsys.readouterr().err) and said.count("\n") == 1
     assert list(out.iterdir()) == []
