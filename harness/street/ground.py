@@ -135,7 +135,8 @@ def _joined_or_mapped(walkable: shapely.Geometry, mapped: shapely.Geometry) -> s
 
 
 def _is_plaza(area: MappedThing) -> bool:
-    return area.tags.get("highway") in _PLAZAS and is_open(area.tags)
+    kinds = area.tags.get("highway"), area.tags.get("area:highway")
+    return bool(set(kinds) & set(_PLAZAS)) and is_open(area.tags)
 
 
 def _is_green(area: MappedThing) -> bool:

@@ -26,7 +26,7 @@ _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign "
     "addr:housenumber"
 ).split()
-_AREA_KEYS = "building highway place landuse leisure natural".split()
+_AREA_KEYS = "building highway area:highway place landuse leisure natural".split()
 _LINE_KEYS = ("highway", "barrier")  # other ways count as areas only
 
 

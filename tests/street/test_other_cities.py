@@ -43,6 +43,23 @@ def test_a_district_of_one_square_has_no_length_to_count_furniture_by(tmp_path: 
     assert "| bollard" in (tmp_path / "town_statistics.md").read_text(encoding="utf-8")
 
 
+def test_ground_of_a_way_that_is_drawn_as_an_area_is_walked_on(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 80), (200, 80), highway="footway")
+    town.way(*square(50, 50, 60), area__highway="footway")
+    walkable = district_of(town, tmp_path).ground.walkable
+    assert shapely.intersects_xy(walkable, 100.0, 60.0)
+
+
+def test_a_road_for_buses_is_crossed_as_a_street_is(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 100), (200, 100), highway="busway")
+    town.way((0, 80), (200, 80), highway="footway")
+    ground = district_of(town, tmp_path).ground
+    assert shapely.intersects_xy(ground.roads, 100.0, 102.0)
+    assert not shapely.intersects_xy(ground.walkable, 100.0, 102.0)
+
+
 def test_a_way_through_the_corner_of_a_tile_has_its_ground(tmp_path: Path) -> None:
     town = Town()
     town.way((10, 195), (190, 195), (206, 206), (215, 195), (300, 195), highway="path", width="1.2")
