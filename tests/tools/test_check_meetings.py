@@ -14,6 +14,7 @@ from tools.check_meetings.__main__ import (
     expected,
     in_turns,
     met_on_the_way,
+    passed,
     printed,
     weighted,
 )
@@ -54,6 +55,19 @@ def test_who_comes_and_who_is_overtaken_are_met_where_the_robot_passes_them() ->
     for meeting in (head_on, overtaken):
         at = drive.at(meeting.point, meeting.along)
         assert at is not None and at[0] * meeting.weight == pytest.approx(1.0)
+
+
+def test_drives_set_out_whenever_people_begin_anew() -> None:
+    """Whoever stands ahead after one beginning and behind after the next is not passed by that."""
+    way = resampled(np.array([[0.0, 0.0], [LONG, 0.0]]))
+    stamps = np.arange(0.0, 15.0, 1.0 / 30.0)
+    drive = passings_of(stamps, np.column_stack((SPEED * stamps, np.zeros_like(stamps))), way)
+    places = np.zeros((400, 2, 4))
+    places[:100, 0, 0], places[100:, 0, 0] = 50.0, 5.0
+    places[:100, 1, 0], places[100:, 1, 0] = 10.0, 55.0
+    people = Record(places, anew=100)
+    assert [each.person for each in met_on_the_way(people, way, drive)] == [1]
+    assert passed(people, way, drive, len(way.points)) == (1.0, 1.0)
 
 
 def test_missions_with_a_hit_come_in_turns_with_others() -> None:

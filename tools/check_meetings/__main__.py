@@ -55,7 +55,7 @@ class Counted:
     whole: int  # by the delivery
     own: float  # in meetings with its own people
     drawn: float | None  # in meetings as they are drawn, expected; None: none were
-    passed: tuple[int, ...]  # people, by the ends of :data:`WITHIN`
+    passed: tuple[float, ...]  # people, by the ends of :data:`WITHIN`
     expected: tuple[float, ...]  # by Palm's law, likewise
 
 
@@ -75,6 +75,7 @@ def met_on_the_way(record: Record, way: Way, passings: Passings) -> list[Meeting
         points, misses = way.nearest(states[:, :2])
         is_near, is_ahead = np.isfinite(misses), points > robot
         is_passed = is_near[1:] & is_near[:-1] & (is_ahead[1:] != is_ahead[:-1])
+        is_passed[record.span - 1 :: record.span] = False  # they begin anew elsewhere
         for moment in (np.flatnonzero(is_passed) + 1).tolist():
             point = int(points[moment])
             along = float(states[moment, 2:] @ way.directions[point])
@@ -105,16 +106,31 @@ def counted(task: EpisodeTask, whole: int, number: int) -> Counted:
     if number:
         mission = drive_mission(MissionTask((task,), tuple(PRIOR.tolist()), PRIOR_SUM / number))
         drawn = mission.arms[0].expected_hits
-    return Counted(
-        task.episode, whole, own, drawn, passed(meetings, way, parts), expected(pool, passings)
-    )
-
-
-def passed(meetings: Sequence[Meeting], way: Way, parts: Parts) -> tuple[int, ...]:
-    """Who is passed where people are drawn, by the ends of :data:`WITHIN`."""
     last = way.point_before_end(parts.rules.arrival_radius)
-    misses = [STRATA[each.stratum][0] for each in meetings if 0 < each.point < last]
-    return tuple(sum(miss <= end for miss in misses) for end in WITHIN)
+    seen = passed(record, way, passings, last)
+    return Counted(task.episode, whole, own, drawn, seen, expected(pool, passings))
+
+
+def passed(record: Record, way: Way, passings: Passings, last: int) -> tuple[float, ...]:
+    """How many a drive passes, by the ends of :data:`WITHIN`.
+
+    The mean of drives that set out whenever people begin anew and are over before the record is.
+
+    Args:
+        record: of the people, from the drive's beginning.
+        way: planned.
+        passings: of the drive.
+        last: point of the way from which on nobody is drawn.
+    """
+    steps = int(passings.stamps[-1] / STEP)
+    beginnings = range(0, max(len(record.states) - steps, 1), record.span)
+    misses = [
+        STRATA[each.stratum][0]
+        for beginning in beginnings
+        for each in met_on_the_way(record.since(beginning), way, passings)
+        if 0 < each.point < last
+    ]
+    return tuple(sum(miss <= end for miss in misses) / len(beginnings) for end in WITHIN)
 
 
 def expected(pool: Pool, passings: Passings) -> tuple[float, ...]:
