@@ -49,7 +49,7 @@ def why_deliveries(study: Study) -> str:
     reason = why_no_meetings(study)
     if not reason and Parts(study.template).params.people.model == "social_force":
         reason = (
-            "of people who make way, meetings see too few (docs/check.md); "
+            "of people who make way, meetings are not proved to hit as many (docs/check.md); "
             "--estimator meetings draws them all the same"
         )
     return reason
