@@ -63,6 +63,11 @@ def drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
     Raises:
         NavstackError: the task cannot be set up.
     """
+    return drive_in_legs(task, make_brain)[0]
+
+
+def drive_in_legs(task: EpisodeTask, make_brain: MakeBrain) -> tuple[Delivery, list[DrivenLeg]]:
+    """Drive a mission as :func:`drive_mission` does; its legs are recorded as the task says."""
     with passing_map(), _quick_collection():
         return _drive_mission(task, make_brain)
 
@@ -82,7 +87,7 @@ def _free_memory() -> None:
     gc.freeze()
 
 
-def _drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
+def _drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> tuple[Delivery, list[DrivenLeg]]:
     legs = legs_of(task)
     mission, turn = street_mission(legs), len(way_there(legs))
     carried = Carried(mission.start, Belief(mission.start), 0.0, 0.0)
@@ -94,15 +99,15 @@ def _drive_mission(task: EpisodeTask, make_brain: MakeBrain) -> Delivery:
         refilled = dataclasses.replace(carried.legacy, pieces=None)
         carried = dataclasses.replace(carried, seconds=0.0, legacy=refilled)
         back, _ = _drive_legs(task, make_brain, range(turn, len(legs)), carried, arrived)
-    row = _joined([*there, *back], there, mission)
+    done = [*there, *back]
+    row = _joined(done, there, mission)
     if has_arrived:
         row |= _arrival(row, rules_of(task.rules))
     if back:
         row["way_back"] = _end_of_way_back(back, len(legs) - turn).value
     driven = sum(leg.row["distance_m"] for leg in there)
     row["spl"] = success_weighted_path_length(has_arrived, mission.shortest_path, driven)
-    done = [*there, *back]
-    return Delivery(row, _events(done), _timing(done), None, None, _leg_rows(done))
+    return Delivery(row, _events(done), _timing(done), None, None, _leg_rows(done)), done
 
 
 def _drive_legs(

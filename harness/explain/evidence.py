@@ -1,7 +1,7 @@
 """What there is to tell of one delivery: from its recording, or driven again."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -120,7 +120,8 @@ def recorded(run: StoredRun, episode: int, arrays: Mapping[str, Any], recording:
     decisions: tuple[Row, ...] = ()
     if file.is_file():
         decisions = read_decisions(file)
-    return _evidence(run, episode, arrays, decisions, None, RECORDING)
+    row, events = delivery_row(run, episode), events_of(run, episode)
+    return evidence_of(run, row, events, arrays, decisions, None, RECORDING)
 
 
 def require_one_map(run: StoredRun, what: str) -> None:
@@ -132,8 +133,8 @@ def require_one_map(run: StoredRun, what: str) -> None:
     if run.has_legs:
         losses = f"navbench map losses {quoted(run.first_stack)}"
         raise InputError(
-            f"{run.folder}: {what} is for deliveries on one map; its missions on a district have "
-            f"each leg in recordings/, and {losses} draws what was lost"
+            f"{run.folder}: {what} is for deliveries on one map; navbench explain tells of a "
+            f"district's legs, and {losses} draws what was lost"
         )
 
 
@@ -177,7 +178,8 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
     weighed = {}
     if watched:
         weighed = watched[0].weighed
-    return _evidence(run, episode, delivery.recording, decisions, weighed, DRIVEN_AGAIN)
+    recording, events = delivery.recording, events_of(run, episode)
+    return evidence_of(run, stored, events, recording, decisions, weighed, DRIVEN_AGAIN)
 
 
 def record_again(run: StoredRun, episode: int, folder: Path, keep_decisions: bool = True) -> Path:
@@ -223,20 +225,32 @@ def check_same(stored: Row, driven: Row, folder: Path, episode: int) -> None:
         )
 
 
-def _evidence(
+def evidence_of(
     run: StoredRun,
-    episode: int,
+    row: Row,
+    events: Sequence[Row],
     arrays: Mapping[str, Any],
     decisions: tuple[Row, ...],
     weighed: Weighed | None,
     source: str,
 ) -> Evidence:
+    """The evidence of a delivery.
+
+    Args:
+        run: with one stack.
+        row: of the delivery.
+        events: of it, in order of time.
+        arrays: its recording.
+        decisions: of its table of decisions.
+        weighed: what the brain chose from; None: not recorded.
+        source: RECORDING or DRIVEN_AGAIN.
+    """
     params = parameter_folder(run.folder)
     robot = load_dataclass(RobotParams, params / f"{run.stacks[0].name}-robot.yaml")
     people = load_dataclass(WorldParams, params / "world.yaml").people
     return Evidence(
-        row=delivery_row(run, episode),
-        events=events_of(run, episode),
+        row=row,
+        events=tuple(events),
         trace=np.asarray(arrays["trace"]),
         crowd=np.asarray(arrays["crowd"], dtype=np.float64),
         pieces_lost=np.asarray(arrays["pieces_lost"], dtype=np.float64),

@@ -19,8 +19,8 @@ from harness.explain.evidence import (
     events_of,
     recorded,
     recording_file,
-    require_one_map,
 )
+from harness.explain.legs import ToldLeg, drive_leg_again
 from harness.explain.moments import (
     Moment,
     costliest,
@@ -53,12 +53,16 @@ class Explanation:
     saving: Saving | None  # None: nothing was rewound
     figures: list[Path]
     activities: list[Activity]  # where the time went, the most first
+    leg: ToldLeg | None = None  # that is told of, of a mission on a district
 
     def as_json(self) -> dict[str, Any]:
         """As ``navbench explain --json`` prints it."""
         figures = [str(figure) for figure in self.figures]
         told = (self.evidence, self.told, self.saving, self.activities)
-        return {**explanation_document(*told), "figures": figures}
+        leg = None
+        if self.leg is not None:
+            leg = self.leg.document()
+        return {**explanation_document(*told), "leg": leg, "figures": figures}
 
 
 def explain(
@@ -67,6 +71,7 @@ def explain(
     *,
     event: int | None = None,
     before: float | None = None,
+    leg: int | None = None,
     again: bool = False,
     rewind: Sequence[str] = (),
     plot: Path | None = None,
@@ -80,6 +85,7 @@ def explain(
         event: number of the event; None: all, and the costliest for ``plot`` and ``rewind``.
         before: [s] that are shown before the event, and rewound; None: since the robot was held
             up, 5 to 20.
+        leg: number of the leg of a mission on a district, from 0; None: the costliest.
         again: whether it is driven again even if it was recorded.
         rewind: ``PATH=VALUE`` of parameters, of which is worked out what they would have saved.
         plot: figure to draw; None: none.
@@ -98,27 +104,35 @@ def explain(
             out.mkdir(parents=True, exist_ok=True)
     stored = run.stored
     side_of(stored)  # one stack
-    require_one_map(stored, "explain")
-    evidence = _evidence(stored, episode, again)
-    if evidence is None and rewind:
+    _check_leg(stored, leg, rewind)
+    is_told = is_costly(delivery_row(stored, episode), events_of(stored, episode))
+    if not is_told and rewind:
         raise InputError(
             f"--rewind: nothing in delivery {episode} cost anything; give one that lost something"
         )
-    if evidence is None:
+    if not is_told:
         return None
     rules = load_dataclass(Rules, stored.folder / "params" / "rules.yaml")
+    told_leg = None
+    if stored.has_legs:
+        say(f"mission {episode} of {stored.stacks[0].name} is driven again")
+        told_leg = drive_leg_again(stored, episode, rules, leg)
+        evidence = told_leg.evidence
+    else:
+        evidence = _evidence(stored, episode, again)
     chosen = moments_of(evidence, rules, stored.prices())
     if event is not None:
         count = len(chosen)
         if event > count:
             raise InputError(f"--event {event}: the delivery has {count}; give 1 to {count}")
         chosen = [chosen[event - 1]]
-    scene = map_of(stored, "the explanation")
-    evidence = dataclasses.replace(evidence, scene=scene)
+    if told_leg is None:
+        evidence = dataclasses.replace(evidence, scene=map_of(stored, "the explanation"))
     told = explained(evidence, [seconds_before(evidence, moment, before) for moment in chosen])
     saving = _saving(stored, evidence, chosen, rewind, before) if rewind else None
     figures = _draw(evidence, told, plot, out)
-    explanation = Explanation(evidence, told, saving, figures, activities(evidence, scene))
+    spent = activities(evidence, evidence.scene)
+    explanation = Explanation(evidence, told, saving, figures, spent, told_leg)
     if out is not None:
         _write(explanation, out)
     return explanation
@@ -144,11 +158,20 @@ def _write(explanation: Explanation, out: Path) -> None:
         write_text(out / "explanation.txt", plain.getvalue())
 
 
-def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence | None:
-    """What there is to tell; None: nothing cost anything."""
-    row = delivery_row(run, episode)
-    if not is_costly(row, events_of(run, episode)):
-        return None
+def _check_leg(run: StoredRun, leg: int | None, rewind: Sequence[str]) -> None:
+    """Check what is asked of a leg.
+
+    Raises:
+        InputError: a leg is asked for on a map, or a rewind on a district.
+    """
+    if leg is not None and not run.has_legs:
+        raise InputError(f"--leg {leg}: {run.folder} has no legs; it was driven on one map")
+    if rewind and run.has_legs:
+        raise InputError("--rewind is for deliveries on one map; leave it out for a district's")
+
+
+def _evidence(run: StoredRun, episode: int, again: bool) -> Evidence:
+    """What there is to tell of a delivery on a map."""
     file = recording_file(run, episode)
     if not again and file.is_file() and decisions_beside(file).is_file():
         return recorded(run, episode, load_recording(file), file)

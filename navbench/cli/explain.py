@@ -12,6 +12,7 @@ from navbench.cli.streams import print_json
 from navbench.cli.values import Finite
 
 if TYPE_CHECKING:
+    from harness.explain.legs import ToldLeg
     from navbench.api.runs import Run
 
 MOST_OTHERS = 8  # episodes that are named beside the one that is explained
@@ -25,6 +26,11 @@ MOST_OTHERS = 8  # episodes that are named beside the one that is explained
     "--event",
     type=click.IntRange(min=1),
     help="Number of the event; default: the costliest.",
+)
+@click.option(
+    "--leg",
+    type=click.IntRange(min=0),
+    help="Number of the leg of a mission on a district; default: the costliest.",
 )
 @click.option(
     "--before",
@@ -64,7 +70,8 @@ def explain(
 
     RUN is a run folder, or RUN:STACK; EPISODE is the number of the delivery, by default the one
     that lost most. Where it was not recorded (--record full), it is driven again. With --rewind it
-    is driven once more, with another parameter from some seconds before the event on.
+    is driven once more, with another parameter from some seconds before the event on. Of a mission
+    on a district one leg is told of.
 
     \b
     Examples:
@@ -91,10 +98,27 @@ def explain(
         blocks = explanation_blocks if is_full else short_explanation
         told = found.evidence, found.told, found.saving, found.figures, found.activities
         click.echo(delivery_line(loaded.stored, episode))
+        if found.leg is not None:
+            click.echo(_leg_line(found.leg))
         print_blocks(blocks(*told), report_console())
         if others := _others(loaded, episode):
             click.echo(f"other episodes that lost something, the dearest first: {others}")
-        click.echo(f"next: navbench replay {quoted(_place(loaded))} {episode}")
+        click.echo(f"next: {_next(loaded, episode)}")
+
+
+def _leg_line(leg: "ToldLeg") -> str:
+    """Which leg is told of, and in which others something was lost."""
+    line = f"leg {leg.number} (0 to {leg.count - 1} were driven), from {leg.begin:.0f} s on"
+    if others := [str(each) for each in leg.costly if each != leg.number]:
+        line += f"; --leg tells others that lost something: {', '.join(others)}"
+    return line
+
+
+def _next(run: "Run", episode: int) -> str:
+    """The command that shows the same."""
+    if run.stored.has_legs:
+        return f"navbench map losses {quoted(_place(run))}"
+    return f"navbench replay {quoted(_place(run))} {episode}"
 
 
 def _others(run: "Run", episode: int) -> str:
@@ -141,4 +165,4 @@ def _say_nothing_to_tell(run: "Run", episode: int) -> None:
         some = f"episodes that have some: {others}"
     click.echo(delivery_line(run.stored, episode))
     click.echo(f"episode {episode} of {run.stacks[0]} has no event that cost anything; {some}")
-    click.echo(f"next: navbench replay {quoted(_place(run))} {episode}")
+    click.echo(f"next: {_next(run, episode)}")

@@ -1,0 +1,152 @@
+"""The leg of a mission on a district that is told of, as a delivery of its own."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+
+from harness.episode.factory import Parts
+from harness.episode.places import legs_of
+from harness.episode.street_delivery import DrivenLeg, drive_in_legs
+from harness.explain.brains import Watched, Weighed
+from harness.explain.evidence import (
+    DRIVEN_AGAIN,
+    Evidence,
+    check_same,
+    delivery_row,
+    evidence_of,
+    task_of,
+)
+from harness.explain.moments import SPOILED, costliest, moments_of
+from harness.metrics.columns import EVENT_COLUMNS, Row
+from harness.study.stored_run import StoredRun
+from harness.task.brain import Brain
+from harness.task.study import EpisodeTask
+from harness.world.outcome import ARRIVALS, Outcome, Rules
+from harness.world.world import World
+from navstack.errors import InputError
+from navstack.navigator import Navigator
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class ToldLeg:
+    """One leg of a mission."""
+
+    number: int  # from 0
+    count: int  # legs that were driven
+    begin: float  # [s] since the mission began
+    costly: tuple[int, ...]  # numbers of the legs in which something cost anything, of all
+    evidence: Evidence
+
+    def document(self) -> Row:
+        """As JSON has it."""
+        return {
+            "number": self.number,
+            "count": self.count,
+            "begin_s": self.begin,
+            "costly": list(self.costly),
+        }
+
+
+def drive_leg_again(
+    run: StoredRun, episode: int, rules: Rules, number: int | None = None
+) -> ToldLeg:
+    """Drive a mission anew, check that it is the same, and take one leg of it.
+
+    Args:
+        run: with one stack, on a district.
+        episode: number of the mission.
+        rules: of the run.
+        number: of the leg; None: the one with the costliest moment.
+
+    Raises:
+        InputError: the mission comes out otherwise than its row says, or has no such leg, or
+            nothing in it cost anything.
+        MapError: the district is not there.
+    """
+    task, watched = task_of(run, episode), _WatchedLegs()
+    delivery, driven = drive_in_legs(task, watched.make)
+    check_same(delivery_row(run, episode), delivery.row, run.folder, episode)
+    told = _told(run, task, delivery.row, driven, watched.weighed, rules)
+    prices = run.prices()
+    dearest = {}
+    for place, evidence in enumerate(told):
+        if moments := moments_of(evidence, rules, prices):
+            dearest[place] = costliest(moments).cost or 0.0
+    if number is None:
+        number = max(dearest, key=lambda place: dearest[place])
+    if number not in dearest:
+        some = ", ".join(map(str, dearest))
+        raise InputError(
+            f"--leg {number}: nothing on it cost anything; of the legs 0 to {len(told) - 1} give "
+            f"one of these: {some}"
+        )
+    begin = driven[number].begin
+    return ToldLeg(number, len(told), begin, tuple(dearest), told[number])
+
+
+class _WatchedLegs:
+    """Makes the brain of each leg, and knows what they weighed."""
+
+    def __init__(self) -> None:
+        self.weighed: list[Weighed] = []  # by leg
+
+    def make(self, parts: Parts, world: World) -> Brain:
+        """A brain like any other."""
+        brain = parts.brain(world)
+        if not isinstance(brain, Navigator):
+            self.weighed.append({})
+            return brain
+        watched = Watched(brain)
+        self.weighed.append(watched.weighed)
+        return cast(Brain, watched)
+
+
+def _told(
+    run: StoredRun,
+    task: EpisodeTask,
+    mission: Row,
+    driven: Sequence[DrivenLeg],
+    weighed: Sequence[Weighed],
+    rules: Rules,
+) -> list[Evidence]:
+    """Each leg as a delivery; the one that decided how the mission ended has its outcome.
+
+    The cargo is that of the mission.
+    """
+    found: list[Evidence] = []
+    lost = 0
+    ending = ending_leg(mission, driven, rules)
+    for number, (leg, own) in enumerate(zip(driven, weighed, strict=True)):
+        delivery = leg.delivery
+        assert delivery.recording is not None and delivery.decisions is not None
+        columns, rows = delivery.decisions
+        decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
+        row = delivery.row | {
+            "pieces_at_start": mission["pieces_at_start"],
+            "shortest_path_m": mission["shortest_path_m"],
+            "outcome": Outcome.ARRIVED.value,
+            "reason": "arrived",
+        }
+        if number == ending:
+            row |= {key: mission[key] for key in ("outcome", "reason")}
+        events = [{**dict.fromkeys(EVENT_COLUMNS), **event} for event in delivery.events]
+        events.sort(key=lambda event: event["stamp_s"])
+        evidence = evidence_of(run, row, events, delivery.recording, decisions, own, DRIVEN_AGAIN)
+        scene, cargo = legs_of(task)[number].scene(), evidence.pieces_lost + lost
+        found.append(dataclasses.replace(evidence, pieces_lost=cargo, scene=scene))
+        lost += delivery.row["pieces_lost"] or 0
+    return found
+
+
+def ending_leg(mission: Row, driven: Sequence[DrivenLeg], rules: Rules) -> int:
+    """The leg that decided how a mission ended: where it failed, or too much was lost."""
+    if mission["outcome"] == SPOILED:
+        lost = np.cumsum([leg.row["pieces_lost"] for leg in driven])
+        allowed = rules.spoiled_fraction * mission["pieces_at_start"]
+        return int(np.argmax(lost > allowed))
+    failed = [place for place, leg in enumerate(driven) if not leg.has_arrived]
+    if Outcome(mission["outcome"]) in ARRIVALS or not failed:
+        return len(driven) - 1
+    return failed[0]
