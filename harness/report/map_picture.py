@@ -101,7 +101,8 @@ def draw_scene(axes: "Axes", scene: Scene, bounds: Rect | None = None) -> None:
         spine.set_linewidth(0.6)
     draw_scale_bar(axes, area)
     corner = axes.transAxes
-    axes.text(0.995, 0.003, scene.credit, fontsize=6, ha="right", va="bottom", transform=corner)
+    credit = scene.credit.replace(", ", ",\n", 1)  # a narrow picture has no room for one line
+    axes.text(0.995, 0.006, credit, fontsize=6, ha="right", va="bottom", transform=corner)
 
 
 def draw_legend(axes: "Axes", scene: Scene, more: tuple[str, str] | None = None) -> None:
