@@ -15,6 +15,7 @@ from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
 from harness.economics.optional_terms import OptionalTerms, all_optional_costs
 from harness.economics.prices import load_prices, price_sets
+from harness.economics.valuation import CENT
 from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.study.stored_run import StoredRun, StoredStack
@@ -76,8 +77,12 @@ class UnderSet:
 
 
 def order(money: Mapping[str, Money]) -> tuple[str, ...]:
-    """Stacks by their profit, the best first."""
-    return tuple(sorted(money, key=lambda stack: -(money[stack].profit.value or 0.0)))
+    """Stacks by their profit to the cent, the best first; those alike stay in the order given."""
+
+    def cents(stack: str) -> int:
+        return round((money[stack].profit.value or 0.0) / CENT)
+
+    return tuple(sorted(money, key=lambda stack: -cents(stack)))
 
 
 def under_price_sets(run: StoredRun) -> dict[str, UnderSet]:

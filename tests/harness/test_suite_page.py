@@ -28,6 +28,7 @@ from harness.report.suite.figures import FIGURES, _margin
 from harness.report.suite.other_prices import _moves, earns
 from harness.report.suite.results import overview, read_results
 from harness.report.suite.tables import COLUMNS
+from harness.report.suite.tables import margins as margins_table
 from harness.report.tables import print_blocks
 from harness.statistics.interval import Interval
 from harness.storage.shipped import DEFAULT_WORLD
@@ -203,6 +204,27 @@ def test_who_is_ahead_and_who_earns_depends_on_the_set():
         and not earns(Interval(1.0, -0.1, 2.0, 9))
         and not earns(NO_INTERVAL)
     )
+
+
+def test_stacks_that_earn_the_same_to_the_cent_change_no_places():
+    def money(margin):
+        return Money(Interval(margin, margin - 0.5, margin + 0.5, 9), 0.0, 1000.0)
+
+    found = {
+        "costnav": {"a": money(2.7801), "b": money(2.7804), "c": money(2.8)},
+        "campus": {"a": money(1.6803), "b": money(1.6802), "c": money(1.7)},
+    }
+    assert [order(each) for each in found.values()] == [("c", "a", "b")] * 2
+    assert _moves(found, "campus") == "- `campus`: the order of `costnav`"
+
+
+def test_an_undefined_margin_has_no_interval_beside_it(write_run, tmp_path):
+    def fail(row):
+        row["error"] = "it broke" if row["episode"] < 2 else None
+
+    declare(tmp_path / "study", Suite("Made up", ("mine",), 20, maps=("sidewalk",), seeds=(0,)))
+    write_run(f"study/sidewalk-{DEFAULT_WORLD}-seed0-mine", episodes=20, change=fail)
+    assert "| `mine` | --, n = 18 |" in flat(margins_table(read_results(tmp_path / "study")))
 
 
 def test_seeds_are_accounted_together(write_run, tmp_path):
