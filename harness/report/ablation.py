@@ -16,6 +16,7 @@ from harness.ablation.analysis import (
     Arm,
     ArmDifference,
     ErrorPrice,
+    break_even_interval,
     points,
     wrong_maps,
 )
@@ -113,7 +114,7 @@ def _money(ablation: Ablation) -> Table:
     rows = []
     admitting = margins_with_unseen(ablation)
     for arm in ablation.arms:
-        sensors, *investment = investment_of(arm)
+        sensors, *investment = investment_of(arm, admitting[arm.name])
         position = interval_text(arm.errors["localization_error_median_m"], 3)
         tail = number_text(arm.errors["localization_error_p95_m"].value)
         heading = number_text(arm.errors["heading_error_median_deg"].value)
@@ -124,21 +125,31 @@ def _money(ablation: Ablation) -> Table:
 
 def margins_with_unseen(ablation: Ablation) -> dict[str, Interval | None]:
     """The margin of each arm [USD/run], admitting an unseen loss; None: it is undefined."""
-    run = ablation.run
-    return {stack.name: margin_with_unseen(run, stack) for stack in run.stacks}
+    known = {arm.name for arm in ablation.arms if arm.margin.value is not None}
+    found: dict[str, Interval | None] = {arm.name: None for arm in ablation.arms}
+    for stack in ablation.run.stacks:
+        if stack.name in known:
+            found[stack.name] = margin_with_unseen(ablation.run, stack)
+    return found
 
 
-def investment_of(arm: Arm) -> tuple[str, str, str]:
-    """Sensors, capital expenditure and break-even point in words."""
+def investment_of(arm: Arm, margin: Interval | None) -> tuple[str, str, str]:
+    """Sensors, capital expenditure and break-even point in words.
+
+    Args:
+        arm: that is told of.
+        margin: as it is told beside them [USD/run]; None: it is undefined.
+    """
     if not is_buildable(arm.stack):
         return "none exists", NOT_BUILDABLE, UNDEFINED
     sensors = " + ".join(arm.stack.carries) or "none"
-    return sensors, count_text(arm.capex_usd), _break_even(arm.break_even, arm.margin)
+    return sensors, count_text(arm.capex_usd), _break_even(arm.capex_usd, margin)
 
 
-def _break_even(runs: Interval, margin: Interval) -> str:
-    if margin.value is None:
+def _break_even(capex_usd: float | None, margin: Interval | None) -> str:
+    if capex_usd is None or margin is None or margin.value is None:
         return UNDEFINED
+    runs = break_even_interval(capex_usd, margin)
     value = count_text(runs.value, "never")
     if margin.low is None or runs.low is None:
         return value

@@ -24,6 +24,8 @@ from harness.episode.files import nav2_parameters
 from harness.report.ablation import (
     ablation_blocks,
     deciding,
+    investment_of,
+    margins_with_unseen,
     next_command,
     price_sentence,
     sentence,
@@ -31,7 +33,7 @@ from harness.report.ablation import (
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Text
 from harness.report.short.findings import known_within
-from harness.statistics.interval import Interval
+from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.storage.shipped import shipped
 from harness.study.drive import StackResult
 from harness.study.stored_run import load_run
@@ -347,6 +349,35 @@ def test_which_margins_are_known_is_told(write_run: WriteRun) -> None:
     (line,) = known_within(ablation)
     assert line.startswith("not known to within 0.01 USD after at most 40 deliveries: ground_truth")
     assert deciding(ablation) == [], "arms that are known drive no further"
+
+
+def test_break_even_is_by_the_margin_that_is_told_beside_it(write_run: WriteRun) -> None:
+    """Which admits an unseen loss; the bootstrap, that knows of none, has a sure end."""
+
+    def cheap(row: dict[str, Any]) -> None:
+        row["outcome"], row["pedestrian_contacts"], row["mailbox_contacts"] = "sla", 0, 0
+        row["pedestrian_injury_usd"] = float(row["episode"] % 3)
+
+    ablation = analysed(write_run("run", ("gps", "amcl"), change=cheap), arms("gps", "amcl"))
+    gps, shown = ablation.arms[0], margins_with_unseen(ablation)["gps"]
+    assert shown is not None and shown.low is not None and shown.high is not None
+    assert shown.low < 0.0 and gps.margin.low is not None and gps.margin.low > 0.0
+    told = investment_of(gps, shown)[2]
+    assert told == f"{gps.break_even.value:,.0f} [{13_000.0 / shown.high:,.0f}, never]"
+
+
+def test_a_margin_that_is_undefined_is_so_wherever_it_is_told(write_run: WriteRun) -> None:
+    """As where too many deliveries have no result."""
+    ablation = analysed(write_run("run", ("gps", "amcl")), arms("gps", "amcl"))
+    gps, amcl = ablation.arms
+    amcl = dataclasses.replace(amcl, margin=NO_INTERVAL)
+    asked = dataclasses.replace(ablation.declaration, within=1000.0)
+    ablation = dataclasses.replace(ablation, arms=(gps, amcl), declaration=asked)
+    shown = margins_with_unseen(ablation)
+    assert shown["gps"] is not None and shown["amcl"] is None
+    assert investment_of(amcl, shown["amcl"])[2] == "--"
+    (line,) = known_within(ablation)
+    assert line.endswith("amcl (undefined)")
 
 
 def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:

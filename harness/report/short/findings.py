@@ -195,7 +195,7 @@ def known_within(ablation: Ablation) -> list[str]:
         return []
     widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
     wide = [
-        f"{name} (+-{number_text(width)})"
+        f"{name} ({_half_width_text(width)})"
         for name, width in widths.items()
         if width is None or width > within
     ]
@@ -203,6 +203,12 @@ def known_within(ablation: Ablation) -> list[str]:
         return [f"every margin is known to within {within:g} USD"]
     most = f"after at most {counted(ablation.episodes, 'delivery')}"
     return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
+
+
+def _half_width_text(width: float | None) -> str:
+    if width is None:
+        return "undefined"
+    return f"+-{number_text(width)}"
 
 
 def ablation_answer(ablation: Ablation) -> list[str]:
@@ -228,7 +234,7 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
             number_text(arm.errors["localization_error_p95_m"].value),
             interval_text(margins[arm.name], absent="undefined"),
             str(arm.result.episodes),
-            *investment_of(arm)[:2],
+            *investment_of(arm, margins[arm.name])[:2],
         )
         for arm in ablation.arms
     ]
