@@ -22,7 +22,7 @@ from harness.meetings.estimators import MEETINGS
 from harness.meetings.results import MeetingsResult, unseen_loss
 from harness.metrics.columns import Row
 from harness.statistics.interval import Interval
-from harness.statistics.paired import compare_pairs, together
+from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.task.stack import Stack
 
 
@@ -60,14 +60,15 @@ class MeetingsArms:
             return []
         pairs = compared_pairs(self.arms, self.declaration.against)
         margins = dict(zip(self._names, self.result.margins.T, strict=True))
-        clusters, rng = np.arange(self.missions), np.random.default_rng(self.seed)
-        found = [
-            compare_pairs(margins[other], margins[name], clusters, rng, CENT)
+        clusters = np.arange(self.missions)
+        found = [  # each by the same signs, so that it does not depend on the other arms
+            compare_pairs(
+                margins[other], margins[name], clusters, np.random.default_rng(self.seed), CENT
+            )
             for name, other in pairs
         ]
-        unseen = unseen_loss(self.result.unseen_weight, self.missions)
         return [
-            ArmDifference(*pair, MARGIN, paired, _admitting(paired.difference, unseen))
+            ArmDifference(*pair, MARGIN, paired, self._admitting(paired))
             for pair, paired in zip(pairs, together(found), strict=True)
         ]
 
@@ -81,6 +82,15 @@ class MeetingsArms:
             error_price(kind, levels, margins[:, self._columns(list(levels))], clusters, self.seed)
             for kind, levels in injected_levels(self.arms).items()
         ]
+
+    def _admitting(self, paired: PairedDifference) -> Interval | None:
+        """A difference between losses on either side that nobody has seen [USD]."""
+        difference = paired.difference
+        if self.result is None or difference.value is None:
+            return None
+        unseen = unseen_loss(self.result.unseen_weight, self.missions, paired.tests)
+        low, high = difference.value - unseen, difference.value + unseen
+        return Interval(difference.value, low, high, difference.n)
 
     @property
     def _names(self) -> list[str]:
@@ -121,11 +131,3 @@ class MeetingsArms:
             for stack, arm in zip(self.arms, self.result.arms, strict=True)
         ]
         return document
-
-
-def _admitting(difference: Interval, unseen: float) -> Interval | None:
-    """The difference between losses on either side that nobody has seen [USD]."""
-    if difference.value is None:
-        return None
-    low, high = difference.value - unseen, difference.value + unseen
-    return Interval(difference.value, low, high, difference.n)

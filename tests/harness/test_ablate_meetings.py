@@ -5,14 +5,20 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from harness.ablation.analysis import AblationDeclaration
+from harness.ablation.arms import arms_of
 from harness.ablation.meetings import MeetingsArms
 from harness.meetings import crowd, estimate
 from harness.meetings.kept import FILE
+from harness.meetings.results import MeetingsResult, unseen_loss
 from harness.report.short.meetings_arms import next_command, short_arms
 from harness.study.places import Where
+from harness.task.stack import load_stack
 from navbench.api.ablate import ablate, resume_ablation
+from navstack.types import FloatArray
 from tests.rules import short_rules
 
 Driven = Callable[[], contextlib.AbstractContextManager[None]]
@@ -43,6 +49,45 @@ def found(
         more = resume_ablation(folder / "run", where=Where(workers=1), episodes=3)
     assert isinstance(more, MeetingsArms)
     return more
+
+
+def made_up(names: tuple[str, ...], margins: FloatArray) -> MeetingsArms:
+    """What arms come to that earned so on each mission [USD], shape (n, arms)."""
+    result = MeetingsResult(
+        episodes=tuple(range(len(margins))),
+        margins=margins,
+        hits=np.zeros_like(margins),
+        arms=(),
+        strata=(),
+        farthest_off=0.0,
+        unseen_weight=0.3,
+    )
+    return MeetingsArms(
+        declaration=AblationDeclaration("nav2-amcl", names[0]),
+        arms=arms_of(load_stack("nav2-amcl"), names, ()),
+        folder=Path("run"),
+        where="",
+        episodes=len(margins),
+        seed=3,
+        result=result,
+    )
+
+
+def test_a_difference_is_the_same_whatever_other_arms_there_are() -> None:
+    margins = np.random.default_rng(1).normal(0.0, 1.0, (40, 3))
+    *_, of_three = made_up(("ground_truth", "gps", "amcl"), margins).differences
+    (of_two,) = made_up(("ground_truth", "amcl"), margins[:, [0, 2]]).differences
+    assert of_three.arm == of_two.arm == "amcl"
+    assert of_three.paired.p == of_two.paired.p
+
+
+def test_an_unseen_hit_is_admitted_for_all_comparisons_together() -> None:
+    margins = np.random.default_rng(1).normal(0.0, 1.0, (40, 3))
+    for each in made_up(("ground_truth", "gps", "amcl"), margins).differences:
+        assert each.paired.tests == 2 and each.unseen is not None
+        half = unseen_loss(0.3, 40, tests=2)
+        assert each.unseen.high == pytest.approx((each.unseen.value or 0.0) + half)
+        assert each.unseen.low == pytest.approx((each.unseen.value or 0.0) - half)
 
 
 def test_every_arm_has_driven_every_mission(found: MeetingsArms) -> None:

@@ -13,7 +13,8 @@ import pytest
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings import crowd, estimate, looks
 from harness.meetings.kept import FILE
-from harness.report.short.meetings import meetings_markdown, short_meetings
+from harness.report.short.meetings import meetings_markdown, quantity_text, short_meetings
+from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from navbench.api.check import check
@@ -96,6 +97,12 @@ def test_screen_and_comment_tell_what_ended_in_an_error(checked: MeetingsChecked
     failed, told = dataclasses.replace(checked, errors=3), "3 missions left out, which ended in an"
     assert any(told in block.text for block in short_meetings(failed))
     assert told in meetings_markdown(failed) and told not in meetings_markdown(checked)
+
+
+def test_a_quantity_without_bounds_ends_with_its_number() -> None:
+    assert quantity_text(Interval(3.49, None, None, 1), 2) == "3.49"
+    assert quantity_text(Interval(3.49, 3.0, 3.49, 9), 2) == "3.49 [3.00, 3.49]"
+    assert quantity_text(Interval(None, None, None, 0), 2) == ""
 
 
 def test_the_missions_that_differ_most_are_told(checked: MeetingsChecked) -> None:

@@ -9,7 +9,7 @@ from harness.meetings.looks import NUMBERS
 from harness.meetings.results import ArmResult, MeetingsResult
 from harness.report.blocks import Block, Table, Text
 from harness.report.markdown import markdown_text
-from harness.report.numbers import bounds_text, count_text, counted, number_text
+from harness.report.numbers import count_text, counted, interval_text, number_text
 from harness.report.short.check import code_text, told_verdict
 from harness.report.short.findings import lines_of
 from harness.report.short.run import aligned
@@ -131,9 +131,7 @@ def quantity_text(value: float | Interval, decimals: int) -> str:
     """A quantity of an arm, with its interval if it has one."""
     if not isinstance(value, Interval):
         return number_text(value, decimals)
-    if value.value is None:
-        return ""
-    return f"{number_text(value.value, decimals)} {bounds_text(value, decimals)}"
+    return interval_text(value, decimals, absent="")
 
 
 def driven_text(result: MeetingsResult) -> str:
