@@ -73,6 +73,7 @@ class Looks:
         self._within, self._next = within, 1
         self._differences: list[float] = []
         self.bound = NO_INTERVAL  # [USD] of the last look
+        self.looked_at = 0  # missions of the last look; those after it wait for the next one
 
     @property
     def is_decided(self) -> bool:
@@ -91,6 +92,7 @@ class Looks:
         self._differences.append(difference)
         if self.missions >= self._next:
             self.bound = bound_at_every_look(np.array(self._differences), REACH)
+            self.looked_at = self.missions
             self._next = self.missions + math.ceil(self.missions / LOOKS)
 
 

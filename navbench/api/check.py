@@ -258,7 +258,7 @@ def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: floa
     say_what_failed(folder.rows.where(any_text, "error", "stack_error"))
     run = load_run(str(path))
     first, second = (Side(run.only(name), run.only(name).stacks[0]) for name in SIDES)
-    checked = evaluate(first, second, declaration.within, looks.missions)
+    checked = evaluate(first, second, declaration.within, looks.looked_at)
     if is_stopped:
         say_interrupted(looks.missions, counted(looks.missions, "mission"), path)
     return CheckResult(declaration, checked, is_stopped)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import navbench
+from harness.analysis import check as analysis
 from harness.analysis.check import Looks, missions_that_decide, verdict_of
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import Interval
@@ -266,6 +267,27 @@ def test_an_interrupt_prints_the_bound_so_far_and_the_check_goes_on(
     whole = navbench(*words, "--out", tmp_path / "whole", "--json")
     assert (whole[0], json.loads(whole[1])) == (0, in_folder(text, out, tmp_path / "whole"))
     assert json.loads(text)["verdict"] == "alike"
+
+
+@pytest.mark.slow
+def test_missions_after_the_last_look_wait_for_the_next(
+    tmp_path: Path, navbench, short: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So a longer budget ends in the same numbers, however soon a shorter one was over."""
+
+    def interrupted(looks: Looks, difference: float) -> None:
+        original(looks, difference)
+        if looks.missions == 3:
+            raise KeyboardInterrupt
+
+    original = api.Looks.add
+    monkeypatch.setattr(api.Looks, "add", interrupted)
+    monkeypatch.setattr(analysis, "LOOKS", 1)  # after 1, 2, 4 missions
+    files = [tmp_path / "old.yaml", tmp_path / "new.yaml"]
+    words = ["check", *files, *short, "--estimator", "deliveries", "--out", tmp_path / "out"]
+    status, text, said = navbench(*words, "--within", "80", "--json")
+    assert status == 130 and "interrupted after 3 missions" in said
+    assert json.loads(text)["margin_difference"]["n"] == 2
 
 
 @pytest.mark.slow
