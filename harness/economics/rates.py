@@ -110,6 +110,8 @@ def margin_per_km(
 ) -> Interval:
     """What a kilometre earns [USD/km]: all margins over all distances, with a bootstrap interval.
 
+    Without bounds where a resample may have no kilometre, as of robots most of which stood.
+
     Args:
         margins: of each delivery [USD], shape (n,).
         rows: of these deliveries.
@@ -126,6 +128,6 @@ def margin_per_km(
     means = resampled_means(
         np.column_stack((margins, distances)), np.random.default_rng(seed), clusters=clusters
     )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = means[:, 0] / means[:, 1]
-    return percentile_interval(value, ratios, len(rows))
+    if (means[:, 1] <= 0.0).any():
+        return Interval(value, None, None, len(rows))
+    return percentile_interval(value, means[:, 0] / means[:, 1], len(rows))

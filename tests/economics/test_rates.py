@@ -89,6 +89,13 @@ def test_a_kilometre_earns_all_margins_over_all_ways():
     assert (alone.value, alone.low) == (1.5, None)
 
 
+def test_a_kilometre_has_no_bounds_where_a_resample_drives_nowhere() -> None:
+    rows = [{"distance_m": metres} for metres in (0.0, 0.0, 0.0, 50.0)]
+    found = margin_per_km(np.array([-3.49, -3.49, -3.49, 3.0]), rows, np.arange(4), seed=0)
+    assert found.value == pytest.approx(-149.4)
+    assert (found.low, found.high) == (None, None)
+
+
 def test_ways_beyond_the_first_kilometre_earn_a_fee_where_they_succeed() -> None:
     rows = [
         {"outcome": outcome, "shortest_path_m": way}
@@ -98,7 +105,9 @@ def test_ways_beyond_the_first_kilometre_earn_a_fee_where_they_succeed() -> None
     assert further.tolist() == [1.5, 0.0, 0.0, 0.0]
     measured = Measured(1.0, 0.0, *[0.0] * 9, further_km=further)
     given = CostInputs(measured, load_prices(), load_optional_prices())
-    assert OPTIONAL_TERMS["distance_fee"].formula(given)[0] == pytest.approx(-1.2)
+    earned = OPTIONAL_TERMS["distance_fee"].formula(given)
+    assert earned[0] == pytest.approx(-1.2)
+    assert not np.signbit(earned[1:]).any(), "nothing is not written as -0.0"
 
 
 def test_what_always_runs_draws_power_while_waiting_too() -> None:
