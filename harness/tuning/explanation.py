@@ -22,7 +22,7 @@ from harness.economics.unseen import (
     margin_admitting_unseen,
     reach_of_loss,
 )
-from harness.economics.valuation import deliveries
+from harness.economics.valuation import MEETINGS_LOSS, deliveries, meetings_losses
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval, fewest_missions
@@ -43,7 +43,6 @@ WATERFALL_MISSIONS = 40  # of the test: with five players 1200 deliveries beside
 COMPONENTS = {
     "revenue": ("Revenue", 1.0),
     **{key: (term.title.capitalize(), -1.0) for key, term in COUNTED_TERMS.items()},
-    MARGIN: ("Contribution margin", 1.0),
 }
 
 
@@ -54,7 +53,7 @@ class Explanation:
     history: tuple[Best, ...]
     importances: dict[str, float]  # shares, the largest first; empty where trials are too few
     waterfall: Waterfall | None
-    # of COMPONENTS, on the missions of the audit; empty where the margin is undefined
+    # terms and margin, on the missions of the audit; empty where the margin is undefined
     components: dict[str, AuditEvidence]
     # training difference of the margin less the test's; None: no test or change
     optimism_usd_per_run: Interval | None
@@ -137,13 +136,15 @@ def explain(
 
 
 def components(pairs: Pairs) -> dict[str, AuditEvidence]:
-    """Each term of the margin of both.
+    """Each term of the margin of both, and the margin.
 
     Empty where the cargo is not modelled or no mission was finished by both.
 
-    What is paid counts negative, so that terms add up to the margin.
+    What is paid counts negative, so that terms add up to the margin. What meetings cost deliveries
+    among nobody is a term of its own.
     """
-    if pairs.margins(PUBLISHED) is None:
+    earned = pairs.margins(PUBLISHED)
+    if earned is None:
         return {}
     force = pairs.prices.rolling_resistance_force
     costs = [
@@ -154,6 +155,10 @@ def components(pairs: Pairs) -> dict[str, AuditEvidence]:
     for key, (title, sign) in COMPONENTS.items():
         before, after = (sign * np.broadcast_to(each.amounts[key], pairs.n) for each in costs)
         found[key] = pairs.compare(title, MONEY, before, after)
+    before, after = (-meetings_losses(side.rows) for side in pairs.sides)
+    if before.any() or after.any():
+        found[MEETINGS_LOSS] = pairs.compare("People met", MONEY, before, after)
+    found[MARGIN] = pairs.compare("Contribution margin", MONEY, *earned)
     return found
 
 

@@ -16,6 +16,7 @@ from harness.audit.pairs import Conditions
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.prices import load_prices
 from harness.economics.unseen import difference_admitting_unseen, reach_of_loss
+from harness.economics.valuation import MEETINGS_LOSS
 from harness.metrics.columns import Row
 from harness.report.figures import save_figure
 from harness.report.tables import print_blocks
@@ -179,6 +180,25 @@ def test_components_add_up_to_the_margin(explained: tuple[StudyResult, Explanati
         optimism.high or 0.0
     )
     assert not found.audit.flagged
+
+
+def test_what_meetings_cost_is_a_component_of_the_margin(
+    make_study: MakeStudy, evaluator: object, tmp_path: Path
+) -> None:
+    study = make_study(trials=10, test=0)
+    rows = tuple(
+        [{**row, MEETINGS_LOSS: loss, MARGIN: row[MARGIN] - loss} for row in own]
+        for own, loss in zip(study.train_rows, (4.0, 2.5), strict=True)
+    )
+    study = dataclasses.replace(study, train_rows=rows)
+    found = explain(study, Counting(evaluator), tmp_path, PRICES, Conditions(), 0)
+    *terms, margin = found.components.values()
+    before, after = (float(np.mean([row[MARGIN] for row in own])) for own in rows)
+    assert (margin.original, margin.incumbent) == pytest.approx((before, after))
+    assert found.unseen is not None and found.unseen.value == pytest.approx(after - before)
+    met = found.components[MEETINGS_LOSS]
+    assert (met.what, met.original, met.incumbent) == ("People met", -4.0, -2.5)
+    assert sum(term.incumbent for term in terms) == pytest.approx(after)
 
 
 def test_history_rises_from_the_original(explained: tuple[StudyResult, Explanation]) -> None:
