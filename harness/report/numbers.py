@@ -66,6 +66,14 @@ def plural(thing: str) -> str:
     return f"{thing}s"
 
 
+def too_few(number: int, thing: str) -> str:
+    """That so many of a thing are too few; there may be one only."""
+    verb = "are"
+    if number == 1:
+        verb = "is"
+    return f"{counted(number, thing)} {verb} too few"
+
+
 def all_of(number: int, thing: str) -> str:
     """All of a number of things, of which there may be one only."""
     if number == 1:

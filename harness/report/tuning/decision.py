@@ -8,7 +8,7 @@ from pathlib import Path
 
 from harness.economics.cost_terms import MARGIN
 from harness.metrics.columns import Row
-from harness.report.numbers import interval_text
+from harness.report.numbers import interval_text, too_few
 from harness.report.short.setup import nearest
 from harness.report.verdict import again, value_of
 from harness.statistics.interval import Interval, fewest_missions
@@ -63,7 +63,8 @@ def setup_of(declaration: StudyDeclaration, task: EpisodeTask) -> str:
 def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advice:
     """What to do with the tuned file, and why.
 
-    Taken is a file whose margin on unseen missions is higher although an unseen loss is admitted.
+    Taken is a file whose margin on unseen missions is higher although an unseen loss is admitted,
+    unless the difference is not significant.
 
     Args:
         study: what was searched.
@@ -80,12 +81,14 @@ def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advic
         why = f"the tuned file drove no unseen mission; {count} would tell more."
         return Advice(OPEN, why, count)
     bounds = explanation.unseen or margin.difference
-    if bounds.sign > 0:
+    is_open = margin.difference.low is not None and margin.difference.sign == 0
+    if bounds.sign > 0 and not is_open:
         return Advice(TAKE, "it earns more on missions that it never saw.")
     if (margin.difference.value or 0.0) <= 0.0:
         if margin.difference.n < fewest_missions():
             count = sizes(len(study.trials), len(study.train_missions))["test_episodes"]
-            why = f"{margin.difference.n} test missions are too few; {count} would tell more."
+            few = too_few(margin.difference.n, "test mission")
+            why = f"{few}; {count} would tell more."
             return Advice(OPEN, why, count)
         why = "the tuned one does not earn more on missions that the search never saw."
         return Advice(KEEP, f"{why}{_other_aim(study)}")
@@ -138,7 +141,7 @@ def _more(scores: Row, explanation: Explanation, difference: Interval) -> Advice
         return Advice(KEEP, f"{why} test missions to prove.")
     total = max(needed, explanation.proven_by, fewest_missions())
     if difference.n < fewest_missions():
-        why = f"{difference.n} test missions are too few"
+        why = too_few(difference.n, "test mission")
     elif difference.sign > 0:
         why = "one more loss of a kind that was not seen would undo the gain"
     else:

@@ -74,6 +74,10 @@ NOBODY = SimpleNamespace(values={})
             "is not significant; about 7 more test missions would decide.",
         ),
         (
+            {"difference": OPEN, "unseen": GAIN, "needed": 47, "proven_by": 40},
+            "Not decided: the gain of 2.00 [-0.01, 4.00] USD is not significant; about 7 more test",
+        ),
+        (
             {"difference": OPEN, "unseen": OPEN, "needed": 47},
             "Keep your file: a gain as small as 2.00 [-0.01, 4.00] USD takes more than 10,000 test",
         ),
@@ -102,6 +106,10 @@ NOBODY = SimpleNamespace(values={})
             "Not decided: no other file was tried, as its 2 training missions leave less than 0.50",
         ),
         ({"is_tested": False}, "Not decided: the tuned file drove no unseen mission; 20 would"),
+        (
+            {"difference": Interval(0.0, None, None, 1), "unseen": ALIKE},
+            "Not decided: 1 test mission is too few; 20 would tell more.",
+        ),
         (
             {"difference": FEW, "unseen": None, "needed": 4, "proven_by": 9},
             "Not decided: 5 test missions are too few; about 4 more test missions would decide.",
