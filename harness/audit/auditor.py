@@ -70,7 +70,7 @@ def audit(pairs: Pairs, conditions: Conditions, by_fault: bool = False) -> Audit
     if not pairs.n:
         absent = "no mission was finished by both"
     elif pairs.n < LEAST_PAIRS:
-        absent = f"{pairs.n} missions are too few, give at least {LEAST_PAIRS}"
+        absent = f"{pairs.n} of the {LEAST_PAIRS} missions that it needs"
     if absent:
         return Audit(unexamined(absent), scores, pairs.n)
     checks = (

@@ -87,7 +87,7 @@ def another_accounting(scores: Scores) -> Check:
     published, free, shared = (scores[name] for name in (PUBLISHED, NO_THRESHOLD, NEITHER))
     flagged = published.rises(CENT) and free.falls(CENT) and (shared.difference.value or 0.0) < 0.0
     says = ", ".join(
-        f"{name} {scores[name].difference.value:+.2f}"
+        f"{name} {scores[name].difference.value:+z.2f}"
         for name in (PUBLISHED, NO_THRESHOLD, NEITHER)
     )
     return Check(

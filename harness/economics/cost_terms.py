@@ -150,7 +150,7 @@ def _battery_wear(given: CostInputs) -> Quantity:
 
 def _distance_fee(given: CostInputs) -> Quantity:
     """What is earned for the way beyond the flat fee's: a negative cost."""
-    return -given.optional.distance_fee.value * given.measured.further_km
+    return 0.0 - given.optional.distance_fee.value * given.measured.further_km
 
 
 def _idle_power(given: CostInputs) -> Quantity:

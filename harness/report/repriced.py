@@ -11,7 +11,7 @@ from harness.economics.accountings import AT_FAULT, PUBLISHED
 from harness.economics.cost_terms import COST_TERMS, MARGIN
 from harness.economics.valuation import MOST_LEFT_OUT, Risk, has_too_few
 from harness.report.blocks import Block, Table, Text, declared, notes_of
-from harness.report.numbers import UNDEFINED, count_text, counted, interval_text
+from harness.report.numbers import UNDEFINED, count_text, counted, interval_text, number_text
 from harness.report.paper_tables import own_column, paper_blocks
 from harness.report.texts import TEXTS, notes
 from harness.statistics.interval import Interval
@@ -72,7 +72,7 @@ def _lines(result: Repriced) -> Iterator[str]:
     for name, term in result.valuation.terms.items():
         yield (
             f"optional term {name}, not in the paper, adds {term.capex_usd:,.2f} $ to CAPEX and "
-            f"{term.opex:.4f} $/run to OPEX"
+            f"{number_text(term.opex, 4)} $/run to OPEX"
         )
 
 

@@ -14,7 +14,7 @@ from harness.analysis.price_ranges import STATED, PriceAxis
 from harness.analysis.sensitivity import BreakEvenSpread, Sensitivity, TwoWay, quantiles
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
 from harness.report.figures import save_figure
-from harness.report.numbers import count_text
+from harness.report.numbers import count_text, number_text
 from harness.report.texts import notes
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _tornado(result: Sensitivity, most: int | None = None) -> Table:
     rows = []
     for bar in result.bars[:most]:
         numbers = [f"{number:g}" for number in (bar.low, bar.value, bar.high)]
-        money = [f"{number:.4f}" for number in (*bar.profit_usd_per_run, bar.swing)]
+        money = [number_text(number, 4) for number in (*bar.profit_usd_per_run, bar.swing)]
         stated = {STATED: "source"}.get(bar.range, "")
         rows.append((bar.price, bar.unit, stated, *numbers, *money))
     return declared("tornado", rows, stack=result.stack.name, profit=result.profit)
@@ -135,7 +135,7 @@ def _draw_tornado(axes: "Axes", result: Sensitivity, shown: int) -> None:
     axes.tick_params(axis="y", length=0)
     axes.set_xlabel("profit over the robot's life [$/run]")
     axes.set_title(
-        f"{result.stack.name}: today's prices give {result.profit:.2f} $/run",
+        f"{result.stack.name}: today's prices give {number_text(result.profit)} $/run",
         loc="left",
         fontsize=8,
     )

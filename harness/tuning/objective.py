@@ -223,7 +223,7 @@ def is_money(name: str) -> bool:
 def score_text(name: str, value: float) -> str:
     """An objective's value: money to a cent, metrics of whatever size to four digits."""
     if is_money(name):
-        return f"{value:.2f}"
+        return f"{value:z.2f}"
     return f"{value:.4g}"
 
 

@@ -202,7 +202,7 @@ def _worth_lines(value: "Worth | None") -> list[str]:
     """What the error costs, and whether it is good enough to arrive."""
     if value is None:
         return []
-    usd = f"{value.usd_per_run:.2f} [{value.low_usd:.2f}, {value.high_usd:.2f}] USD a delivery"
+    usd = f"{value.usd_per_run:z.2f} [{value.low_usd:z.2f}, {value.high_usd:z.2f}] USD a delivery"
     text = f"an error of {value.rmse_m:.2f} m (RMSE) costs about {usd} ({value.study})"
     if value.is_beyond:
         text = (

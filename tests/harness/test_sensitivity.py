@@ -3,15 +3,17 @@
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from harness.analysis.evaluator import profits
 from harness.analysis.repricing import choose, reprice, repricing_document
-from harness.analysis.sensitivity import break_even_spread, sensitivities
+from harness.analysis.sensitivity import TornadoBar, break_even_spread, sensitivities
 from harness.economics.accountings import ACCOUNTINGS
 from harness.economics.price import price_keys, with_values
+from harness.report.sensitivity import _tornado
 from harness.study.stored_run import load_run
 from navbench.cli.price import price
 from navbench.cli.values import names_of, pairs_of, settings_of
@@ -231,6 +233,14 @@ def test_cargo_not_modelled_has_no_profit_to_vary(write_run):
     run = write_run("run", episodes=2, change=arrive)
     with pytest.raises(InputError, match="cargo was not simulated"):
         print_sensitivity(run, as_json=True)
+
+
+def test_a_profit_that_rounds_to_nothing_has_no_sign():
+    bar = TornadoBar("USD", 1.0, 2.0, 3.0, "source", "fee", (0.0, 0.0), (-1e-6, 1e-6))
+    result = SimpleNamespace(bars=[bar], stack=SimpleNamespace(name="mine"), profit=-1e-6)
+    table = _tornado(result)
+    assert table.title.startswith("mine: profit 0.000 $/run")
+    assert table.rows[0][-3:] == ("0.0000", "0.0000", "0.0000")
 
 
 def test_figures_and_tables(write_run, tmp_path, capsys, rendering):

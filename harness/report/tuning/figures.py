@@ -272,9 +272,9 @@ def _waterfall(axes: "Axes", found: Waterfall) -> None:
     axes.plot(found.original, 0, "s", color=OLD, markersize=7)
     axes.plot(found.incumbent, len(labels) - 1, "s", color=NEW, markersize=7)
     texts = [
-        f"{found.original:.2f}",
+        number_text(found.original),
         *(number_text(step.gain_usd_per_run.value or 0.0, is_signed=True) for step in found.steps),
-        f"{found.incumbent:.2f}",
+        number_text(found.incumbent),
     ]
     _label(axes, labels, texts)
     axes.margins(x=0.04)

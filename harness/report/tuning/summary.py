@@ -11,7 +11,7 @@ from harness.economics.prices import Prices
 from harness.economics.valuation import CENT, deliveries, meetings_losses
 from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
-from harness.report.numbers import all_of, counted, interval_text
+from harness.report.numbers import all_of, counted, interval_text, number_text
 from harness.statistics.interval import Interval, fewest_missions, wider
 from harness.tuning.explanation import Explanation
 from harness.tuning.objective import score_text
@@ -53,7 +53,8 @@ def starting_point(rows: Sequence[Row], prices: Prices) -> str:
     met = float(np.mean(meetings_losses(rows)))
     earned = float(np.mean(costs.contribution_margin)) - met
     left = prices.delivery_fee.value - earned
-    text = f"your file earns {earned:.2f} USD a delivery on {len(rows)} training missions"
+    text = f"your file earns {number_text(earned)} USD a delivery on "
+    text += counted(len(rows), "training mission")
     if left < CENT:
         return f"{text}, the whole fee: nothing can be gained on them"
     means = {label: float(np.mean(costs.amounts[key])) for key, label in COST_LABELS.items()}
@@ -91,7 +92,7 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
     where = "training missions that chose it (no evidence)"
     if study.is_tested:
         where = "unseen test missions"
-    means = f"{margin.original:.2f} -> {margin.incumbent:.2f} USD a delivery"
+    means = f"{number_text(margin.original)} -> {number_text(margin.incumbent)} USD a delivery"
     text = f"margin {means} on {explanation.audit.missions} {where}: "
     text += f"difference {interval_text(wider(margin.difference, explanation.unseen))}"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."

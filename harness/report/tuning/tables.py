@@ -144,7 +144,7 @@ def _bests(explanation: Explanation) -> Table:
     names = [name for name in SHOWN if all(name in best.margins for best in bests)]
     rows = []
     for best in bests:
-        margins = (f"{best.margins[name]:.2f}" for name in names)
+        margins = (number_text(best.margins[name]) for name in names)
         rows.append((_name(best.number), interval_text(best.score), *margins))
     if len(rows) < 2 or not names:
         rows = []
@@ -171,9 +171,10 @@ def _waterfall(explanation: Explanation) -> Table:
     found = explanation.waterfall
     if found is None:
         return Table("", (), ())
-    rows = [("original file", f"{found.original:.2f}", "")]
+    rows = [("original file", number_text(found.original), "")]
     rows += [_step(step) for step in found.steps]
-    rows.append(("tuned file", f"{found.incumbent:.2f}", f"total {interval_text(found.total)}"))
+    total = f"total {interval_text(found.total)}"
+    rows.append(("tuned file", number_text(found.incumbent), total))
     return declared(
         "tuning_waterfall",
         rows,
@@ -236,7 +237,7 @@ def _happened(row: Row) -> str:
         said += f", {contacts} counted and {soft} uncounted contacts"
     if row["gave_up"]:
         said += f", gave up: {row['gave_up']}"
-    return f"{said}, {row[MARGIN_USD]:.2f} USD"
+    return f"{said}, {number_text(row[MARGIN_USD])} USD"
 
 
 def _p(p: float, difference: Interval) -> str:

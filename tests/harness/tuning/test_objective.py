@@ -12,7 +12,7 @@ from harness.economics.prices import load_prices
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.storage.tables import read_rows
 from harness.tuning.evaluation import MARGIN, SHARED_MARGIN
-from harness.tuning.objective import UndefinedError, parse_objectives
+from harness.tuning.objective import UndefinedError, parse_objectives, score_text
 from harness.tuning.progress import expected_gain
 from harness.tuning.stack_evaluator import SHARED_FAULT, margin_of
 from navstack.errors import InputError
@@ -53,6 +53,11 @@ def test_values_are_their_formulas() -> None:
         < parse_objectives("margin@sla>=0.99")[0].shortfall(ROWS)
     )
     assert value("margin@sla>=0.99") == pytest.approx(MARGINS.mean() - 1000.0 * (0.99 - share))
+
+
+def test_a_score_that_rounds_to_nothing_has_no_sign() -> None:
+    assert score_text("margin", -0.001) == "0.00"
+    assert score_text("margin", -0.01) == "-0.01"
 
 
 def test_a_lower_bound_needs_two_deliveries() -> None:
