@@ -1,7 +1,7 @@
 """The difference of two means whose values are not all of the same missions, nor as many."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,8 @@ def difference_apart(
     """Mean of the second less that of the first, with a 95 % interval that admits unseen losses.
 
     Missions are weighed at random, as :func:`harness.statistics.unseen.admit_unseen` does; one that
-    both have drives has the same weight for both.
+    both have drives has the same weight for both. The other way round it is the same with the
+    other sign.
 
     Args:
         first: n values.
@@ -45,6 +46,9 @@ def difference_apart(
         rng: source of weights and sizes.
         draws: number of resamples.
     """
+    if _place(second) < _place(first):
+        return difference_apart(second, first, rng, draws).negated
+    first, second = _renumbered(first, second)
     count = int(max(first.missions.max(), second.missions.max())) + 1
     low, high = [], []
     for block in blocks(count, draws):
@@ -59,6 +63,20 @@ def difference_apart(
         float(np.quantile(np.concatenate(high), 1.0 - TAIL)),
         len(np.union1d(first.missions, second.missions)),
     )
+
+
+def _place(sample: Sample) -> tuple[int, float]:
+    """Decides which of two samples is drawn for first."""
+    return sample.values.size, float(sample.values.sum())
+
+
+def _renumbered(first: Sample, second: Sample) -> tuple[Sample, Sample]:
+    """The same with missions numbered in the order in which both together have them."""
+    together = np.concatenate((first.missions, second.missions))
+    _, places, numbers = np.unique(together, return_index=True, return_inverse=True)
+    found = places.argsort().argsort()[numbers]
+    own, other = np.split(found, [first.values.size])
+    return replace(first, missions=own), replace(second, missions=other)
 
 
 def _means(

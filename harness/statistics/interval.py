@@ -39,7 +39,7 @@ class Interval:
     def negated(self) -> "Interval":
         """Of the same difference taken the other way round."""
         value, low, high = (
-            None if end is None else -end for end in (self.value, self.high, self.low)
+            None if end is None else 0.0 - end for end in (self.value, self.high, self.low)
         )
         return Interval(value, low, high, self.n)
 

@@ -1,6 +1,7 @@
 """The difference of means of unequal samples, and how many of each tell it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,3 +79,19 @@ def test_dear_values_are_few() -> None:
         left = error**2 - 400.0 / other
         if left > 0.0:
             assert 2.0 * other + 8.0 * math.ceil(16.0 / left) > best
+
+
+def test_the_other_way_round_it_has_the_other_sign() -> None:
+    rng = np.random.default_rng(4)
+    first, second = sample(hits(rng, 30)), sample(hits(rng, 40), first=10)
+    found = difference_apart(first, second, np.random.default_rng(0), 500)
+    assert difference_apart(second, first, np.random.default_rng(0), 500) == found.negated
+    turned = [replace(each, missions=49 - each.missions) for each in (first, second)]
+    assert difference_apart(*turned, np.random.default_rng(0), 500) == found, "other numbers"
+
+
+def test_no_difference_has_no_sign_either_way_round() -> None:
+    few, many = sample(np.full(20, 3.5)), sample(np.full(50, 3.5), first=20)
+    for pair in ((few, many), (many, few)):
+        value = difference_apart(*pair, np.random.default_rng(0), 500).value
+        assert value == 0.0 and not np.signbit(value)
