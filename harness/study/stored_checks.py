@@ -23,6 +23,7 @@ NOT_NEGATIVE = (
     "collision_impulse_ns",
     "pieces_lost",
 )
+PAID_FOR = ("pedestrian_contacts", "pedestrian_injury_usd")  # null would be no money, not zero
 NEEDED_OF_EVENTS = (
     *("stack", "episode", "type", "partner", "kind", "fault"),
     *("impulse_ns", "robot_speed_mps", "partner_speed_mps"),
@@ -65,7 +66,7 @@ def check_plausible(finished: Rows, folder: Path) -> None:
     where = folder / "episodes.parquet"
     limits = {name: _limits(folder, name) for name in set(finished.values("stack"))}
     for row in finished:
-        _check(row, NEEDED, where)
+        _check(row, (*NEEDED, *PAID_FOR), where)
         if why := implausible(row, limits[row["stack"]]):
             raise InputError(
                 f"{where}: delivery {row['episode']} of '{row['stack']}' cannot have gone so: "

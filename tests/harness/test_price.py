@@ -465,12 +465,20 @@ def test_the_name_of_a_stack_leads_into_no_other_folder(write_run, navbench, tmp
     assert sorted(tmp_path.rglob("*")) == before
 
 
-@pytest.mark.parametrize("number", [None, 1e300])
-def test_what_cannot_have_been_measured_is_refused(write_run, number):
+@pytest.mark.parametrize(
+    ("key", "number"),
+    [
+        ("distance_m", None),
+        ("distance_m", 1e300),
+        ("pedestrian_contacts", None),
+        ("pedestrian_injury_usd", None),
+    ],
+)
+def test_what_cannot_have_been_measured_is_refused(write_run, key, number):
     def spoil(row):
-        row["distance_m"] = number
+        row[key] = number
 
-    with pytest.raises(InputError, match="episodes.parquet: episode 0 has no sound 'distance_m'"):
+    with pytest.raises(InputError, match=f"episodes.parquet: episode 0 has no sound '{key}'"):
         load_run(str(write_run("run", episodes=2, change=spoil)))
 
 
