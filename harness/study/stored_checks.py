@@ -7,6 +7,7 @@ from typing import Any
 
 from harness.audit.plausible import Limits, implausible
 from harness.metrics.columns import Row
+from harness.metrics.contacts import PRICED_PROPERTY
 from harness.storage.journal import LARGEST, NEEDED
 from harness.storage.manifest_file import mixed_files
 from harness.storage.parameters import parameter_folder
@@ -22,6 +23,8 @@ NOT_NEGATIVE = (
     "pedestrian_injury_usd",
     "collision_impulse_ns",
     "pieces_lost",
+    *("pedestrian_contacts", "soft_contacts"),
+    *(f"{kind}_contacts" for kind in PRICED_PROPERTY),
 )
 PAID_FOR = ("pedestrian_contacts", "pedestrian_injury_usd")  # null would be no money, not zero
 NEEDED_OF_EVENTS = (
@@ -78,10 +81,15 @@ def check_events(events: Sequence[Row], where: Path) -> None:
     """Check that each event has what it needs.
 
     Raises:
-        InputError: one has not.
+        InputError: one has not, or an impulse below zero.
     """
     for event in events:
         _check(event, NEEDED_OF_EVENTS, where)
+        if event["impulse_ns"] < 0.0:
+            raise InputError(
+                f"{where}: episode {event['episode']} has an impulse of {event['impulse_ns']:g} "
+                "N s, which is no measurement; it cannot be negative"
+            )
 
 
 def _check(row: Row, needed: tuple[str, ...], where: Path) -> None:

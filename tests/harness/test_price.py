@@ -482,6 +482,23 @@ def test_what_cannot_have_been_measured_is_refused(write_run, key, number):
         load_run(str(write_run("run", episodes=2, change=spoil)))
 
 
+@pytest.mark.parametrize("key", ["pedestrian_contacts", "soft_contacts", "mailbox_contacts"])
+def test_fewer_contacts_than_none_are_refused(write_run, key):
+    def spoil(row):
+        row[key] = -1
+
+    with pytest.raises(InputError, match=f"row 1: {key} -1 is no measurement; it cannot be neg"):
+        load_run(str(write_run("run", episodes=2, change=spoil)))
+
+
+def test_an_impulse_below_zero_is_refused(write_run):
+    folder = write_run("run", episodes=6)
+    events = [{**event, "impulse_ns": -5.0} for event in load_run(str(folder)).events]
+    write_table(folder / "events.parquet", EVENT_COLUMNS, events)
+    with pytest.raises(InputError, match="events.parquet: episode 0 has an impulse of -5 N s"):
+        load_run(str(folder))
+
+
 def test_an_unknown_stack_offers_the_nearest(write_run):
     run = write_run("run", ("nav2-gps",), episodes=1)
     with pytest.raises(InputError, match="did you mean 'nav2-gps'"):
