@@ -175,6 +175,8 @@ def _note_odometry(choice: Choice) -> None:
 
 def _unusable(localizer: str, choice: Choice, bag: Bag, receiver: Receiver) -> str:
     """Which input that the localizer cannot do without held nothing usable; empty: none."""
+    if receiver.fixes_elsewhere:
+        return receiver.fixes_elsewhere
     for name in localizers()[localizer].inputs:
         topic = choice.topics[MESSAGES[name]]
         kind = bag.topics[topic]

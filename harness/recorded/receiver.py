@@ -74,6 +74,7 @@ class Receiver:
         self._frame, self._shift = frame, Pose2D()
         self._heading, self._is_datum_given = heading, frame is not None
         self._near = self._far = 0  # fixes about the datum; those elsewhere since
+        self._too_far = ""  # why the first fix elsewhere is of no use
         self._motion, self._has_twist = Motion(), has_twist
         self._moving: MovingFrame | None = None
         if edge is not None:
@@ -107,7 +108,7 @@ class Receiver:
                 origin.
 
         Raises:
-            InputError: the first fix is too far from the local frame's origin.
+            InputError: the first fixes are all too far from the local frame's origin.
         """
         measured: Measured | Pose2D | None
         if kind == FIX:
@@ -191,18 +192,24 @@ class Receiver:
         """The place [m] of a fix about the datum; None: it is of a receiver that is lost.
 
         Raises:
-            InputError: it is far from the datum, and none was near before.
+            InputError: it is far from the datum, as so many were before, and none was near.
         """
         assert self._frame is not None
         try:
             place = self._frame.to_local(*coordinates)
-        except InputError:
-            if self._near == 0:
-                raise
+        except InputError as error:
             self._far += 1
+            self._too_far = self._too_far or str(error)
+            if self.fixes_elsewhere and self._far > _STORED:
+                raise
             return None
         self._near, self._far = self._near + 1, 0
         return place
+
+    @property
+    def fixes_elsewhere(self) -> str:
+        """Why the fixes are of no use where all are far from the datum; empty: they are not."""
+        return "" if self._near else self._too_far
 
     def _begins_elsewhere(self) -> bool:
         """Whether the log began at another place, with no more fixes than are elsewhere now."""

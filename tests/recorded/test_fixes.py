@@ -9,6 +9,7 @@ from harness.recorded import messages
 from harness.recorded.mountings import Mountings
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import FIX
+from navstack.errors import InputError
 from navstack.localization.geodesy import LocalFrame
 from navstack.types import Pose2D
 
@@ -57,6 +58,34 @@ def test_fixes_of_another_place_at_the_beginning_are_not_the_datum(count):
         f"fixes jump by more than 100 km after the first {count}: those that follow are placed "
         "where the robot is believed to be"
     ]
+
+
+def elsewhere(stamp: float) -> writing.Entry:
+    """A fix of another continent."""
+    entry = writing.fix(stamp, 0.0, 0.0)
+    entry.fields |= {"latitude": 22.5, "longitude": 114.0}
+    return entry
+
+
+def test_bad_fixes_before_the_first_good_one_are_left_out_of_a_given_datum():
+    frame = LocalFrame(*writing.DATUM)
+    receiver = Receiver(Mountings(), None, "gps", frame, 0.0, lambda _: None)
+    for number in range(3):
+        assert receiver.convert(FIX, ros(elsewhere(0.1 * number)), 0.0, Pose2D()) is None
+    assert "more than 100 km from the datum (37.4, -122.1)" in receiver.fixes_elsewhere
+    fix = receiver.convert(FIX, ros(writing.fix(1.0, 5.0, 0.0)), 1.0, Pose2D())
+    assert fix.x == pytest.approx(5.0, abs=0.2)
+    assert receiver.fixes_elsewhere == "" and receiver.left_out[FIX] == 3
+
+
+def test_a_datum_far_from_all_fixes_is_an_error():
+    frame = LocalFrame(*writing.DATUM)
+    receiver = Receiver(Mountings(), None, "gps", frame, 0.0, lambda _: None)
+    message = ros(elsewhere(0.0))
+    for _ in range(100):
+        receiver.convert(FIX, message, 0.0, Pose2D())
+    with pytest.raises(InputError, match="give a datum near the robot"):
+        receiver.convert(FIX, message, 0.0, Pose2D())
 
 
 def test_a_fix_far_away_on_a_drive_is_left_out():

@@ -214,6 +214,23 @@ def test_the_datum_is_the_origin(tmp_path):
     assert north == pytest.approx((east[1], -east[0], -math.pi / 2), abs=1e-6)
 
 
+@pytest.mark.parametrize("count", [1, 10])
+def test_fixes_that_begin_elsewhere_do_not_end_a_log_with_a_datum(tmp_path, capsys, count):
+    entries = straight(100)
+    fixes = [entry for entry in entries if entry.topic == "/fix"]
+    for entry in fixes[:count]:
+        entry.fields |= {"latitude": 22.5, "longitude": 114.0}
+    bag, out = write(tmp_path / "straight", entries, "mcap"), tmp_path / "out.tum"
+    given = ("--bag", bag, "--params", "stock", "--localizer", "gps", "--out", out)
+    if count < len(fixes):
+        last = replay(bag, "gps", "--datum", "37.4,-122.1")["final"]
+        assert last[0] == pytest.approx(1.8, abs=0.8)
+        assert "1 messages of NavSatFix hold nothing usable" in capsys.readouterr().err
+        return
+    line = complaint(capsys, *given, "--datum", "37.4,-122.1")
+    assert "(22.5, 114.0) degrees is more than 100 km from the datum (37.4, -122.1)" in line
+
+
 def test_stamps_that_repeat_in_tf_are_no_standstill(tmp_path):
     """1 m/s without fixes."""
     entries = []
