@@ -15,6 +15,7 @@ import pyarrow as pa
 from harness.recorded import mcap_file, ros1_file, sqlite_file
 from harness.recorded.bag_file import COLUMNS, MOST_TOPICS, BagError, BagFile, DamageError, Topic
 from harness.recorded.blocks import decompress_message
+from harness.recorded.copies import require_each_once, require_no_copies
 from harness.recorded.mcap_file import McapFile
 from harness.recorded.ros1_file import Ros1File
 from harness.recorded.sqlite_file import SqliteFile
@@ -61,12 +62,13 @@ class Bag:
         """
         self._stack = contextlib.ExitStack()
         try:
-            self._files = [
-                self._open(path, types) for given in paths for path in self._files_of(given)
-            ]
+            found = [path for given in paths for path in self._files_of(given)]
+            require_each_once(found)
+            self._files = [self._open(path, types) for path in found]
         except BaseException:
             self._stack.close()
             raise
+        require_no_copies(self._files)
         self._index = _joined(self._files)
 
     def __enter__(self) -> "Bag":

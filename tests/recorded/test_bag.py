@@ -234,3 +234,36 @@ def test_files_of_one_log_may_lie_in_a_folder(tmp_path):
         shutil.move(next(made.glob("*.mcap")), folder / f"split_{number}.mcap")
     with Bag([folder], TYPES) as bag:
         assert [name for name, _, _ in contents(bag)] == [entry.topic for entry in entries()]
+
+
+def test_a_file_that_is_given_twice_is_refused(tmp_path):
+    path = write(tmp_path / "log", entries(), "ros1")
+    link = tmp_path / "link.bag"
+    link.symlink_to(path)
+    with pytest.raises(BagError, match=r"log.bag' is given twice; give each once"):
+        Bag([path, path], TYPES)
+    with pytest.raises(BagError, match=r"link.bag' is given twice, also as '.*log.bag'"):
+        Bag([path, link], TYPES)
+
+
+@pytest.mark.parametrize("count", [300, 100])
+def test_a_copy_of_a_file_is_refused_also_in_another_format(tmp_path, count):
+    paths = [
+        write(tmp_path / "log", entries(), "ros1"),
+        write(tmp_path / "converted", entries(count), "mcap"),
+    ]
+    with pytest.raises(BagError, match=rf"hold the same messages \({count} of topic and time"):
+        Bag(paths, TYPES)
+
+
+def test_two_recorders_of_different_topics_may_overlap(tmp_path):
+    paths = [
+        write(
+            tmp_path / kind.rpartition("/")[2],
+            [entry for entry in entries() if entry.type == kind],
+            "ros1",
+        )
+        for kind in (ODOMETRY, IMU)
+    ]
+    with Bag(paths, TYPES) as bag:
+        assert len(contents(bag)) == 300

@@ -85,11 +85,13 @@ def cost_log(
 
     Exit status: 0 done; 1 bad input.
     """
+    from harness.recorded.copies import require_each_once
     from harness.recorded.log import LogRequest
     from harness.report.priced_log import difference_blocks, priced_log_blocks
     from harness.report.tables import print_blocks, report_console
     from navbench.api.cost_log import comparison_json, cost_log
 
+    require_each_once((*bags, *against))
     request = LogRequest(bags, static_tf, remap, base_frame)
     found = cost_log(
         request,
