@@ -26,6 +26,8 @@ USUAL_NAMES: dict[str, tuple[str, ...]] = {
 }
 # types that stand for each other
 SAME_USE: dict[str, tuple[str, ...]] = {TWIST: COMMAND_TYPES}
+# of poses that a localizer is told, not its own; taken only where the user says so
+STARTS = ("/initialpose", "/set_pose")
 TF, TF_STATIC = "/tf", "/tf_static"
 
 
@@ -120,6 +122,8 @@ class Topics:
                 )
             return name
         names = sorted(name for name, its in self._types.items() if its in kinds)
+        if kind == POSE_COVARIANCE:
+            names = [name for name in names if not name.endswith(STARTS)]
         names = [name for name in names if self._counts[name] > 0] or names[:1]
         names = [name for name in names if name != apart_from] or names
         if not names:

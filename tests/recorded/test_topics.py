@@ -2,7 +2,7 @@
 
 import pytest
 
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TRANSFORMS
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, POSE_COVARIANCE, SCAN, TRANSFORMS
 from harness.recorded.topics import Topics
 from navstack.errors import InputError
 
@@ -25,6 +25,14 @@ def test_of_several_the_usual_name_is_taken_also_in_a_namespace():
         match="several topics .*: /left/scan, /right/scan; choose one with --remap /scan:=",
     ):
         topics(__left__scan=SCAN, __right__scan=SCAN).find(SCAN, None)
+
+
+def test_poses_that_a_localizer_is_told_are_not_its_own():
+    told = {"__initialpose": POSE_COVARIANCE, "__ekf__set_pose": POSE_COVARIANCE}
+    assert topics(**told).find(POSE_COVARIANCE, None) is None
+    assert topics(**told, __amcl=POSE_COVARIANCE).find(POSE_COVARIANCE, None) == "/amcl"
+    chosen = topics("/amcl_pose:=/initialpose", **told).find(POSE_COVARIANCE, None)
+    assert chosen == "/initialpose"
 
 
 def test_the_reference_is_no_input_unless_there_is_no_other():
