@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 
 from harness.identify.estimate import robust_std, runs_of
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 

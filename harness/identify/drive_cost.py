@@ -14,7 +14,7 @@ from harness.identify.collisions import IN_A_STEP, find_impacts
 from harness.identify.drive_events import DriveEvent, People, events_of, people_on
 from harness.metrics.contacts import PRICED_PROPERTY
 from harness.metrics.delivery_log import JOULES_PER_KWH
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.world.cargo.cargo import BucketStep, Cargo
 from harness.world.cargo.loose_cargo import make_cargo
 from harness.world.map.scene import Scene
@@ -99,8 +99,7 @@ def cost_of_drive(
 
 def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, FloatArray]:
     """Distance [m], and energy (N,) [J] that the motors delivered to the wheels until each row."""
-    stamps, x, y = log.odometry[:, :3].T
-    distance = float(np.hypot(np.diff(x), np.diff(y)).sum())
+    stamps, distance = log.stamps, float(log.steps.sum())
     period = period_of(stamps)
     if len(stamps) < 10:
         return distance, np.zeros(max(len(stamps), 1))

@@ -18,7 +18,7 @@ from harness.metrics.encounters import (
     surface_distances,
     times_to_collision,
 )
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
@@ -26,7 +26,7 @@ from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.geometry import transform_points
 from navstack.params.tracker import TrackerParams
 from navstack.perception.tracker import Tracker
-from navstack.types import FloatArray, Pose2D
+from navstack.types import BoolArray, FloatArray, Pose2D
 
 HARD_BRAKE = 2.94  # [m/s2] 0.3 g, as fleets count hard brakes
 NEAR_DISTANCE, NEAR_TIME = 0.25, 1.0  # [m] to a person's body, [s] to a collision: a near miss
@@ -223,9 +223,17 @@ def _interventions(log: DriveLog) -> list[DriveEvent]:
     still = standing(log)
     found: list[DriveEvent] = []
     jumps = np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2]))
+    jumps[_over_a_pause(log, places[:, 0])] = 0.0
     for at in np.flatnonzero(jumps > _JUMP):
         stamp = float(places[at, 0])
         row = min(int(np.searchsorted(log.stamps, stamp)), len(still) - 1)
         if still[row] and (not found or stamp - found[-1].stamp > _APART):
             found.append(DriveEvent("intervention", stamp, "jump", float(jumps[at])))
+    return found
+
+
+def _over_a_pause(log: DriveLog, stamps: FloatArray) -> BoolArray:
+    """Which steps (N - 1,) between stamps (N,) [s] go over a pause of the log."""
+    parts = np.searchsorted(log.resumed, stamps, side="right")
+    found: BoolArray = np.diff(parts) > 0
     return found

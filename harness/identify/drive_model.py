@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from harness.identify.estimate import Estimate, around, half_widths, unknown
-from harness.recorded.log import period_of
+from harness.recorded.drive_log import period_of
 from navstack.jit import njit
 from navstack.types import BoolArray, FloatArray
 

@@ -19,7 +19,7 @@ from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise,
 from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
 from harness.identify.wheel_path import path_of
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, TWIST
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray

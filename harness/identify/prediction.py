@@ -10,7 +10,7 @@ from harness.identify.drive_model import DriveFit, used
 from harness.identify.estimate import BLOCK, half_widths
 from harness.identify.turning import Turning
 from harness.identify.wheel_path import WheelPath, path_of, turn_onto
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.recorded.trajectory import motions_between
 from harness.world.physics.robot import RobotParams
 from navstack.geometry import rotation

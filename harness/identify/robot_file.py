@@ -12,7 +12,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from harness.identify.estimate import Estimate
 from harness.identify.identification import Identified
 from harness.identify.urdf import UrdfBody
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.storage.documents import write_file
 from harness.storage.shipped import shipped
 from harness.task.own_body import Limits, body_of, own_body

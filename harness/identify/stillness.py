@@ -10,7 +10,7 @@ from harness.identify.estimate import (
     runs_of,
     unknown,
 )
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from harness.recorded.ros_messages import SCAN
 from navstack.types import BoolArray, FloatArray, LaserScan
 

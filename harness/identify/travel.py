@@ -22,7 +22,7 @@ from harness.identify.estimate import (
 from harness.identify.fix_filter import fit_filter, track_of
 from harness.identify.scan_match import Surfaces, match
 from harness.identify.wheel_path import WheelPath, apart_when_laid
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.recorded.trajectory import motions_between
 from navstack.types import FloatArray
 

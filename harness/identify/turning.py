@@ -14,7 +14,7 @@ from harness.identify.estimate import (
     variance_components,
 )
 from harness.identify.stillness import at_rest
-from harness.recorded.log import DriveLog, period_of
+from harness.recorded.drive_log import DriveLog, period_of
 from navstack.types import FloatArray
 
 _LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
@@ -207,8 +207,7 @@ def _integral(stamps: FloatArray, values: FloatArray, edges: FloatArray) -> Floa
 
 def _moved(log: DriveLog, edges: FloatArray) -> FloatArray:
     """[m] driven in each window by the poses."""
-    steps = np.hypot(np.diff(log.odometry[:, 1]), np.diff(log.odometry[:, 2]))
-    return _summed(log.stamps, steps, edges)
+    return _summed(log.stamps, log.steps, edges)
 
 
 def _swept(log: DriveLog, edges: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from scipy.stats import t
 from harness.identify.estimate import LEVEL
 from harness.identify.wheel_path import apart_when_laid
 from harness.metrics.replay_log import TRACE_COLUMNS
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.statistics.interval import Interval
 from navstack.errors import InputError
 from navstack.types import FloatArray

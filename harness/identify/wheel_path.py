@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.identify.turning import Turning
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from navstack.geometry import rotation
 from navstack.types import FloatArray
 
@@ -37,6 +37,7 @@ def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPat
     steps = np.column_stack((np.diff(x), np.diff(y)))
     middle = 0.5 * (yaw[1:] + yaw[:-1])
     ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
+    ahead[log.steps == 0.0] = 0.0
     heading = yaw / turning.scale
     if with_gyro and len(log.imu) > 100:
         rates = log.gyro_rates - turning.bias

@@ -1,4 +1,4 @@
-"""A recorded drive as arrays: commands, odometry, inertial unit, fixes and scans."""
+"""A recorded drive from its files: which topics are read, and their rows."""
 
 import math
 import re
@@ -12,6 +12,7 @@ import numpy as np
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.clock import Clock
+from harness.recorded.drive_log import DriveLog, Pauses, are_jumps
 from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
 from harness.recorded.mountings import Mountings
 from harness.recorded.receiver import Receiver
@@ -36,7 +37,6 @@ _APART = 5.0  # [s] between two takeovers
 OTHER_CLOCK = 5.0  # [s] between stamps and arrivals from which both are of different clocks
 _FEWEST = 10  # messages of odometry
 _FIRST = 50  # messages of a topic from which its clock is told
-_FASTEST = 30.0  # [m/s] beyond which a step of the odometry is a jump
 _JUMPS = 0.1  # [-] share of such steps in which two publishers take turns
 
 Say = Callable[[str], None]
@@ -50,71 +50,6 @@ class LogRequest:
     static_tf: tuple[str, ...] = ()
     remap: tuple[str, ...] = ()
     base_frame: str | None = None
-
-
-@dataclass(slots=True, eq=False)
-class DriveLog:
-    """What a log holds; rows in the order of their stamps, each stamp once.
-
-    The first column is the stamp in [s], less ``start``. A sensor that is missing has no rows.
-    """
-
-    start: float  # [s] that is taken from every stamp
-    commands: FloatArray  # (N, 3) [s], forward [m/s], yaw rate [rad/s]; when it was sent
-    odometry: FloatArray  # (N, 6) [s], x, y [m], yaw [rad], forward [m/s], yaw rate [rad/s]
-    imu: FloatArray  # (N, 5) [s], yaw [rad] or nan, yaw rate [rad/s], ax, ay [m/s2], base frame
-    fixes: FloatArray  # (N, 4) [s], x, y [m] in a local frame, stated deviation [m] or 0
-    poses: FloatArray  # (N, 4) [s], x, y [m], yaw [rad] where a localizer believed to be, map frame
-    takeovers: FloatArray  # (N,) [s] when a person took over, by buttons and switches
-    scans: list[LaserScan]  # their stamps less ``start``
-    delays: dict[str, FloatArray]  # [s] arrival less stamp of each message, by kind
-    has_mounting: bool  # of the lidar, in the log or from the user
-    topics: dict[str, str]  # what was read: topic by kind
-    files: str  # as the user named them
-
-    @property
-    def stamps(self) -> FloatArray:
-        """[s] of the odometry, (N,)."""
-        return self.odometry[:, 0]
-
-    @property
-    def yaws(self) -> FloatArray:
-        """[rad] of the odometry without jumps of a turn, (N,)."""
-        return np.unwrap(self.odometry[:, 3])
-
-    @property
-    def speeds(self) -> FloatArray:
-        """[m/s] forward by the odometry, (N,)."""
-        return self.odometry[:, 4]
-
-    @property
-    def yaw_rates(self) -> FloatArray:
-        """[rad/s] by the odometry, (N,)."""
-        return self.odometry[:, 5]
-
-    @property
-    def imu_stamps(self) -> FloatArray:
-        """[s] of the inertial unit, (N,)."""
-        return self.imu[:, 0]
-
-    @property
-    def gyro_rates(self) -> FloatArray:
-        """[rad/s] yaw rates of the gyro, (N,)."""
-        return self.imu[:, 2]
-
-    @property
-    def duration(self) -> float:
-        """[s] from the first to the last message of odometry."""
-        if not len(self.odometry):
-            return 0.0
-        return float(self.stamps[-1] - self.stamps[0])
-
-
-def period_of(stamps: FloatArray) -> float:
-    """[s] between stamps (N,), the median; 0 where there are fewer than two."""
-    if len(stamps) < 2:
-        return 0.0
-    return float(np.median(np.diff(stamps)))
 
 
 def read_log(
@@ -144,7 +79,7 @@ def read_log(
         damage = bag.damage
     if damage:
         say(f"{damage}; what stands before it is used")
-    return _assemble(rows, chosen, has_mounting, request)
+    return _assemble(rows, chosen, has_mounting, request, say)
 
 
 def _choose(bag: Bag, topics: Topics) -> dict[str, str]:
@@ -261,6 +196,7 @@ def _assemble(
     chosen: dict[str, str],
     has_mounting: bool,
     request: LogRequest,
+    say: Say,
 ) -> DriveLog:
     columns = {TWIST: 3, ODOMETRY: 6, IMU: 5, FIX: 4, POSE_COVARIANCE: 4, SWITCH: 1}
     arrays = {kind: _sorted(rows.by_kind.get(kind, []), n) for kind, n in columns.items()}
@@ -275,6 +211,12 @@ def _assemble(
     for array in arrays.values():
         array[:, 0] -= start
     scans = sorted(rows.scans, key=lambda scan: scan.stamp)
+    scans = [replace(scan, stamp=scan.stamp - start) for scan in scans]
+    pauses = Pauses.between(arrays[ODOMETRY][:, 0])
+    if len(pauses.begins):
+        say(pauses.note())
+        arrays = {kind: _without(pauses, array) for kind, array in arrays.items()}
+        scans = _scans_without(pauses, scans)
     return DriveLog(
         start,
         arrays[TWIST],
@@ -283,12 +225,31 @@ def _assemble(
         arrays[FIX],
         arrays[POSE_COVARIANCE],
         _apart(arrays[SWITCH][:, 0]),
-        [replace(scan, stamp=scan.stamp - start) for scan in scans],
+        scans,
         {kind: np.array(values) for kind, values in rows.delays.items()},
         has_mounting,
         chosen,
         ", ".join(map(str, request.bags)),
+        pauses.taken_out(pauses.ends),
     )
+
+
+def _without(pauses: Pauses, rows: FloatArray) -> FloatArray:
+    """Rows with the stamp first, by the time that pauses leave."""
+    kept = rows[pauses.leave(rows[:, 0])]
+    kept[:, 0] = pauses.taken_out(kept[:, 0])
+    return kept
+
+
+def _scans_without(pauses: Pauses, scans: list[LaserScan]) -> list[LaserScan]:
+    stamps = np.array([scan.stamp for scan in scans])
+    times = pauses.taken_out(stamps).tolist()
+    kept = pauses.leave(stamps).tolist()
+    return [
+        replace(scan, stamp=time)
+        for scan, time, is_kept in zip(scans, times, kept, strict=True)
+        if is_kept
+    ]
 
 
 def _apart(stamps: FloatArray) -> FloatArray:
@@ -311,7 +272,7 @@ def _require_one_publisher(odometry: FloatArray, topic: str) -> None:
         BagError: it does.
     """
     steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
-    is_jump = steps > 0.05 + _FASTEST * np.diff(odometry[:, 0])
+    is_jump = are_jumps(steps, np.diff(odometry[:, 0]))
     if len(steps) > 10 and is_jump.mean() > _JUMPS:
         raise BagError(
             f"the poses of {topic} jump in {is_jump.mean():.0%} of its messages, as where two "

@@ -10,7 +10,7 @@ from harness.recorded.clock import STILL_AFTER, Clock
 from harness.recorded.messages import pose_of, stamp_of
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import POSE_COVARIANCE, TWIST, decode
-from navstack.types import GpsFix, Imu, LaserScan, Odometry, Pose2D
+from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
 
 SWITCH, JOYSTICK = "std_msgs/msg/Bool", "sensor_msgs/msg/Joy"
 _PUSHED = 0.1  # [-] of a joystick's way from which it is moved
@@ -25,6 +25,7 @@ class LogRows:
     by_kind: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     scans: list[LaserScan] = field(default_factory=list)
     delays: dict[str, list[float]] = field(default_factory=dict)
+    rests: dict[str, FloatArray] = field(default_factory=dict)  # axes of joysticks, by topic
 
     def add(self, kind: str, *row: float) -> None:
         """Enter a row."""
@@ -44,7 +45,7 @@ def take(
     if kind == TWIST:
         _take_command(rows, decoded, arrival)
     elif kind in (SWITCH, JOYSTICK):
-        if _is_takeover(kind, decoded):
+        if _is_takeover(rows, message.topic.name, kind, decoded):
             rows.add(SWITCH, arrival)
     else:
         _take_measured(rows, kind, message, decoded, receiver, clock, arrival)
@@ -97,9 +98,21 @@ def _take_command(rows: LogRows, decoded: Any, arrival: float) -> None:
             rows.delays.setdefault(TWIST, []).append(arrival - stamp)
 
 
-def _is_takeover(kind: str, decoded: Any) -> bool:
+def _is_takeover(rows: LogRows, topic: str, kind: str, decoded: Any) -> bool:
     """Whether a message says that a person drives or stops the robot."""
     if kind == SWITCH:
         return bool(decoded.data)
-    axes, buttons = np.asarray(decoded.axes), np.asarray(decoded.buttons)
-    return bool((np.abs(axes) > _PUSHED).any() or buttons.any())
+    axes, buttons = np.asarray(decoded.axes, dtype=np.float64), np.asarray(decoded.buttons)
+    rest = rows.rests.setdefault(topic, _rest(axes))
+    if rest.shape != axes.shape:
+        rest = _rest(axes)
+    return bool((np.abs(axes - rest) > _PUSHED).any() or buttons.any())
+
+
+def _rest(axes: FloatArray) -> FloatArray:
+    """Axes (N,) of a joystick that nobody touches, by its first message.
+
+    Triggers rest at one end of their way, sticks in the middle.
+    """
+    found: FloatArray = np.where(np.abs(axes) == 1.0, axes, 0.0)
+    return found

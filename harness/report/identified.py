@@ -6,7 +6,7 @@ from harness.identify.estimate import Estimate
 from harness.identify.identification import Identified
 from harness.identify.prediction import PredictionError
 from harness.identify.robot_file import Written
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.report.blocks import Block, Table, Text
 from harness.report.numbers import number_text
 

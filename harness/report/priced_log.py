@@ -5,7 +5,7 @@ from harness.identify.drive_cost import DriveCost
 from harness.identify.drive_difference import differences, kilometres
 from harness.identify.drive_events import DriveEvent
 from harness.identify.twin import PARTS, VALUES, Twin
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.report.blocks import Block, Table, Text
 from harness.report.numbers import number_text
 

@@ -12,7 +12,8 @@ from harness.episode.episode import run_episode
 from harness.identify.drive_cost import DriveCost, cost_of_drive
 from harness.identify.drive_difference import KINDS, differences, kilometres
 from harness.identify.twin import Place, Twin, mission_of, real_drive, simulated_drive
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from harness.report.page.log_page import log_page, require_shown
 from harness.report.priced_log import priced_log_blocks
 from harness.storage.files import require_writable, write_text, writing

@@ -8,7 +8,8 @@ from harness.identify.identification import PARTS, Identified, amcl_alphas
 from harness.identify.identification import identify as identify_log
 from harness.identify.robot_file import DEFAULT_ROBOT, Written, write_files
 from harness.identify.urdf import read_urdf
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from harness.storage.files import require_writable
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams

@@ -11,7 +11,7 @@ from harness.economics.cost_terms import COST_LABELS
 from harness.identify.drive_cost import DriveCost
 from harness.identify.drive_events import DriveEvent, People
 from harness.metrics.replay_log import TRACE_PERIOD, millimetres
-from harness.recorded.log import DriveLog
+from harness.recorded.drive_log import DriveLog
 from harness.report.blocks import Block, Text
 from harness.report.markdown import markdown_text
 from harness.report.page.deliveries import rounded

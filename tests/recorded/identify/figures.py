@@ -21,7 +21,8 @@ from harness.economics.contact_costs import injury_costs
 from harness.economics.prices import load_prices
 from harness.identify.collisions import Impact, find_impacts, strongest_steps
 from harness.identify.identification import identify
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
 from navstack.params.strict import load_dataclass

@@ -15,7 +15,8 @@ from harness.economics.prices import load_prices
 from harness.identify.collisions import find_impacts, strongest_steps
 from harness.identify.drive_difference import rate_difference
 from harness.metrics.delivery_log import JOULES_PER_KWH
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from navbench.api.cost_log import cost_log
 from navbench.cli.app import main
 from navstack.errors import InputError

@@ -8,7 +8,8 @@ import pytest
 
 from harness.identify.identification import Identified, identify
 from harness.identify.robot_file import DEFAULT_ROBOT
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
 from navstack.params.strict import load_dataclass

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from harness.identify.twin import mission_of
-from harness.recorded.log import DriveLog, LogRequest, read_log
+from harness.recorded.drive_log import DriveLog
+from harness.recorded.log import LogRequest, read_log
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
 from navbench.cli.app import main

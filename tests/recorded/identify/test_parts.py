@@ -1,0 +1,88 @@
+"""A log in several parts: pauses between them are no driving, and nothing counts twice."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from harness.identify.drive_events import _interventions
+from harness.recorded.drive_log import LEFT, PAUSE, DriveLog, Pauses
+from harness.recorded.log import LogRequest, read_log
+from navbench.cli.app import main
+from navstack.types import Pose2D
+
+from ..writing import START, Entry, odometry, scan
+from . import drives
+
+DAY = 86_400.0  # [s]
+
+
+def straight(since: float, speed: float = 1.0) -> list[Entry]:
+    """Ten seconds straight on from the odometry's origin."""
+    stamps = np.arange(0.0, 10.01, 0.05).tolist()
+    return [odometry(START + since + t, Pose2D(speed * t), speed, 0.0) for t in stamps]
+
+
+def read(tmp_path: Path, *parts: list[Entry]) -> tuple[DriveLog, list[str]]:
+    """The log of some files, and what is said of it."""
+    bags = [drives.write_mcap(tmp_path / f"{n}.mcap", part) for n, part in enumerate(parts)]
+    told: list[str] = []
+    return read_log(LogRequest(tuple(bags)), told.append), told
+
+
+def test_a_pause_is_no_driving(tmp_path: Path) -> None:
+    between = scan(START + 3600.0, np.ones(9), 0.0, 0.1)
+    after = scan(START + DAY + 4.0, np.ones(9), 0.0, 0.1)
+    log, told = read(tmp_path, straight(0.0), [between], [*straight(DAY), after])
+    assert log.duration == pytest.approx(20.0 + LEFT, abs=0.01)
+    assert log.steps.sum() == pytest.approx(20.0), "not the jump back to the odometry's origin"
+    assert log.resumed == pytest.approx([10.0 + LEFT], abs=0.01)
+    assert [each.stamp for each in log.scans] == pytest.approx([14.0 + LEFT], abs=0.01)
+    assert f"the odometry pauses for 86390 s at 10 s; of each pause {LEFT:g} s are left" in told[-1]
+
+
+def test_a_log_without_pauses_stays_as_it_is(tmp_path: Path) -> None:
+    log, told = read(tmp_path, straight(0.0), straight(10.0 + PAUSE - 0.01))
+    assert log.duration == pytest.approx(20.0 + PAUSE, abs=0.05)
+    assert not len(log.resumed) and "pauses" not in " ".join(told)
+
+
+def test_what_is_before_between_and_after_pauses() -> None:
+    pauses = Pauses.between(np.array([0.0, 1.0, 101.0, 102.0, 1002.0]))
+    stamps = np.array([-5.0, 1.0, 1.1, 100.9, 101.0, 102.0, 500.0, 1002.0, 1003.0])
+    kept = pauses.leave(stamps)
+    assert kept.tolist() == [True, True, False, False, True, True, False, True, True]
+    expected = [-5.0, 1.0, 3.0, 4.0, 4.0 + LEFT, 5.0 + LEFT]
+    assert pauses.taken_out(stamps[kept]) == pytest.approx(expected)
+
+
+def test_a_robot_that_stands_elsewhere_after_a_pause_was_not_taken_over(tmp_path: Path) -> None:
+    log, _ = read(tmp_path, straight(0.0, 0.0), straight(DAY, 0.0))
+    carried = np.array([(5.0, 0.0, 0.0, 0.0), (15.0, 9.0, 0.0, 0.0)])
+    assert _interventions(dataclasses.replace(log, poses=carried)) == []
+    carried[:, 0] = 1.0, 5.0
+    assert len(_interventions(dataclasses.replace(log, poses=carried))) == 1
+
+
+@pytest.mark.parametrize(("pushed", "count"), [((1.0, 0.0), 0), ((1.0, 0.5), 1), ((-1.0, 0.0), 1)])
+def test_a_trigger_at_rest_is_no_takeover(
+    tmp_path: Path, pushed: tuple[float, float], count: int
+) -> None:
+    joystick = [
+        Entry("/joy", "sensor_msgs/msg/Joy", START + at, {"axes": axes, "buttons": [0]})
+        for at, axes in ((1.01, (1.0, 0.0)), (2.01, pushed))
+    ]
+    entries = sorted((*straight(0.0), *joystick), key=lambda entry: entry.stamp)
+    log, _ = read(tmp_path, entries)
+    assert len(log.takeovers) == count
+
+
+def test_a_drive_is_not_compared_with_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = str(drives.write_mcap(tmp_path / "drive.mcap", straight(0.0)))
+    with pytest.raises(SystemExit) as leaving:
+        main(["cost-log", bag, "--against", bag, "--robot", "segway_e1", "--map", "sidewalk"])
+    assert leaving.value.code == 1
+    assert f"bag '{bag}' is given twice; give each once" in capsys.readouterr().err
