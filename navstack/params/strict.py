@@ -39,7 +39,9 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise ParameterError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     except UnicodeDecodeError:
-        raise ParameterError(f"{path}: is not a text file; a YAML file is expected") from None
+        raise ParameterError(
+            f"{path}: is not a text file in UTF-8; a YAML file is expected, saved as UTF-8"
+        ) from None
 
 
 def load_yaml(path: Path) -> Any:

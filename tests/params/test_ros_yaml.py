@@ -111,7 +111,7 @@ def _bomb():
         ("- 1\n- 2\n", "a mapping of nodes"),
         ("just words", "a mapping of nodes"),
         ("a: [1,", "not valid YAML"),
-        ("a:\n\tb: 1\n", "line 2 is not valid YAML"),
+        ("a:\n\tb: 1\n", "line 2 is not valid YAML: a tab stands where"),
         ("a: \x00", "not valid YAML"),
         ("a: &x\n  b: *x\n", "contains itself"),
         ("a: {ros__parameters: {q: &x [1, *x]}}", "contains itself"),
@@ -136,12 +136,33 @@ def test_malformed_text_is_one_clear_line(text, part):
     assert "\n" not in message
 
 
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("b: 0.26\t# m/s\nc:\t1", {"b": 0.26, "c": 1}),
+        ("b:\t\nc: 'x\ty'\t\nd: x\ty \t", {"c": "x\ty", "d": "x\ty"}),
+        ("b: [1\t,\t2\t]\t# two\r\nc: [3,\n\t4]", {"b": [1, 2], "c": [3, 4]}),
+        ("b: x\n   y\t# of two lines", {"b": "x y"}),
+    ],
+)
+def test_tabs_between_the_words_of_a_line_are_read_as_libyaml_reads_them(text, values):
+    indented = text.replace("\n", "\n    ")
+    document = parse_document(f"a:\t# node\n  ros__parameters:\n    {indented}\n", "f")
+    assert {name: entry.value for name, entry in document.nodes[0].entries.items()} == values
+
+
+@pytest.mark.parametrize("text", ["b: 1\n\tc: 2", "b:\n    -\t1", "b: 1\n\t# x\n    c: 2"])
+def test_tabs_that_indent_are_refused_as_libyaml_refuses_them(text):
+    with pytest.raises(ParameterError, match="indent with spaces"):
+        parse_document(f"a:\n  ros__parameters:\n    {text}\n", "f")
+
+
 def test_unusable_files_are_one_clear_line(tmp_path):
     binary, huge = tmp_path / "binary.yaml", tmp_path / "huge.yaml"
     binary.write_bytes(bytes(range(256)))
     huge.write_text("#" * (MAX_BYTES + 1))
     for path, part in (
-        (binary, "not a text file"),
+        (binary, "not a text file in UTF-8"),
         (huge, "at most"),
         (tmp_path / "none.yaml", "cannot be read"),
     ):

@@ -10,6 +10,7 @@ from ruamel.yaml.composer import Composer, ComposerError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent
 from ruamel.yaml.nodes import Node
+from ruamel.yaml.scanner import Scanner
 
 from navstack.errors import ParameterError
 
@@ -18,6 +19,7 @@ T = TypeVar("T")
 MAX_CHARACTERS = 400_000  # a Nav2 file has about 10 kB
 MAX_DEPTH = 40  # levels of nesting; a Nav2 file has about eight
 MAX_VALUES = 20_000  # keys and values, after expanding aliases; a Nav2 file has about a thousand
+_ENDS = "\0\r\n#"  # what ends a plain scalar behind blanks
 _DIGITS = "Exceeds the limit"  # begins what Python says of an endless integer
 
 
@@ -46,6 +48,33 @@ class _BoundedComposer(Composer):
         if event.anchor is not None:
             self._sizes[event.anchor] = self._values - before
         return node
+
+
+class _TabScanner(Scanner):
+    """Takes tabs between tokens of a line, as libyaml does, by which ROS 2 reads its files.
+
+    They never indent.
+    """
+
+    def scan_to_next_token(self) -> None:
+        """Pass over blanks, comments and line breaks."""
+        super().scan_to_next_token()
+        while not self.allow_simple_key and self.reader.peek() == "\t":
+            self.reader.forward()
+            super().scan_to_next_token()
+
+    def scan_plain_spaces(self, indent: Any, start_mark: Any) -> Any:
+        """Blanks within a plain scalar, or those that end it."""
+        length = 0
+        while self.reader.peek(length) in (" ", "\t"):
+            length += 1
+        blanks = self.reader.prefix(length)
+        if "\t" not in blanks:
+            return super().scan_plain_spaces(indent, start_mark)
+        self.reader.forward(length)
+        if self.reader.peek() in _ENDS:
+            return super().scan_plain_spaces(indent, start_mark)
+        return [blanks]
 
 
 def _refusal(event: Any, problem: str) -> ComposerError:
@@ -92,6 +121,8 @@ def guarded(read: Callable[[], T], where: str) -> T:
         if error.problem_mark:
             line = str(error.problem_mark.line + 1)
         problem = error.problem or error.context
+        if error.problem_mark and "'\\t'" in str(problem):
+            problem = "a tab stands where the line's indentation is; indent with spaces"
         raise ParameterError(f"{where}: line {line} is not valid YAML: {problem}") from None
     except (YAMLError, ValueError) as error:
         reason = _first_line(error)
@@ -103,6 +134,7 @@ def guarded(read: Callable[[], T], where: str) -> T:
 def _reader() -> YAML:
     yaml = YAML(typ="safe", pure=True)
     yaml.Composer = _BoundedComposer
+    yaml.Scanner = _TabScanner
     return yaml
 
 
