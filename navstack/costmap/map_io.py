@@ -91,7 +91,7 @@ def load_metadata(path: Path) -> MapMetadata:
         occupied_thresh=_number(_get(content, "occupied_thresh", path), "occupied_thresh", path),
         free_thresh=_number(_get(content, "free_thresh", path), "free_thresh", path),
         negate=_flag(_get(content, "negate", path), "negate", path),
-        mode=str(content.get("mode", "trinary")),
+        mode=str(content.get("mode", "trinary")).lower(),
     )
     _check(metadata, path)
     return _cropped(metadata, content.get("crop"), path)
@@ -190,17 +190,22 @@ def _check(metadata: MapMetadata, path: Path) -> None:
         raise MapError(
             f"map {path}: origin {metadata.origin}; no coordinate may exceed {FARTHEST:g}"
         )
-    if not 0.0 <= metadata.free_thresh < metadata.occupied_thresh <= 1.0:
-        raise MapError(
-            f"map {path}: free_thresh {metadata.free_thresh} and "
-            f"occupied_thresh {metadata.occupied_thresh} "
-            "must satisfy 0 <= free_thresh < occupied_thresh <= 1"
-        )
+    _check_thresholds(metadata, path)
     if metadata.mode not in _MODES:
         near = did_you_mean(metadata.mode, _MODES)
         raise MapError(
             f"map {path}: unknown mode '{metadata.mode}'{near}; known: {', '.join(_MODES)}"
         )
+
+
+def _check_thresholds(metadata: MapMetadata, path: Path) -> None:
+    """Both are shares; only ``scale`` needs room between them."""
+    thresholds = metadata.free_thresh, metadata.occupied_thresh
+    given = f"map {path}: free_thresh {thresholds[0]} and occupied_thresh {thresholds[1]}"
+    if not all(0.0 <= each <= 1.0 for each in thresholds):
+        raise MapError(f"{given}: each must be from 0 to 1")
+    if metadata.mode == "scale" and not thresholds[0] < thresholds[1]:
+        raise MapError(f"{given}: in mode scale the first must be less than the second")
 
 
 def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:
