@@ -17,7 +17,7 @@ from navstack.control.progress_checker import ProgressChecker
 from navstack.costmap.filters import FilterMask
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import OccupancyGrid
+from navstack.costmap.occupancy_grid import OccupancyGrid, align
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Frequencies, Navigator, PeopleTracker
@@ -287,10 +287,13 @@ def read_frequencies(nav2: Nav2File) -> Frequencies:
 def _build_costmap(
     nav2: Nav2File, node: str, static_map: OccupancyGrid, keepout: BoolArray | None
 ) -> LayeredCostmap:
-    """A costmap of the file with the masks that the file names for its filters."""
+    """A costmap of the file with the masks that the file names for its filters.
+
+    A mask whose origin has a yaw stands turned, as maps do.
+    """
     params = read_costmap(nav2, node)
-    masks = {
-        name: FilterMask(load_map(mask.path), mask.info.type, mask.info.base, mask.info.multiplier)
-        for name, mask in read_masks(nav2, params).items()
-    }
+    masks = {}
+    for name, mask in read_masks(nav2, params).items():
+        info, grid = mask.info, align(load_map(mask.path))
+        masks[name] = FilterMask(grid, info.type, info.base, info.multiplier)
     return LayeredCostmap(params, static_map, keepout=keepout, masks=masks)

@@ -16,7 +16,7 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import NavstackError, ParameterError
 from navstack.params.lint.rules import rule_notices
-from navstack.params.lint.subject import RobotLimits, SpeedMask, Subject
+from navstack.params.lint.subject import MaskFacts, RobotLimits, Subject
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.findings import Notice, is_told
 from navstack.params.nav2_file.nodes import COSTMAPS
@@ -51,7 +51,7 @@ def lint(nav2: Nav2File, limits: RobotLimits | None = None) -> tuple[Notice, ...
         limits: the robot's body, to hold the file against; None: not asked for.
     """
     no_numbers = {each.path for each in nav2.notices if each.message.endswith(NUMBERS)}
-    rules = rule_notices(Subject(nav2, limits, list(_speed_masks(nav2))))
+    rules = rule_notices(Subject(nav2, limits, list(_masks(nav2))))
     found = [notice for notice in rules if notice.path not in no_numbers]
     notices = [*_with_refusals(nav2, found), *found, *release_notices(nav2.names)]
     return tuple(sorted(notices, key=lambda notice: (not notice.is_error, notice.line)))
@@ -73,18 +73,19 @@ def require_usable(path: Path, allow_unknown: bool) -> None:
         raise ParameterError(f"{path}: {'; also '.join(map(str, found))}")
 
 
-def _speed_masks(nav2: Nav2File) -> Iterator[SpeedMask]:
-    """The masks of speed filters; one that cannot be read may have any value."""
+def _masks(nav2: Nav2File) -> Iterator[MaskFacts]:
+    """The masks of filters; one that cannot be read may have any value."""
     for node in COSTMAPS:
         masks: Mapping[str, Mask] = {}
         with contextlib.suppress(NavstackError):
             masks = read_masks(nav2, read_costmap(nav2, node))
         for name, mask in masks.items():
-            values = tuple(range(FREE + 1, OCCUPIED + 1))
+            values, yaw = tuple(range(FREE + 1, OCCUPIED + 1)), 0.0
             with contextlib.suppress(NavstackError):
-                cells = np.unique(load_map(mask.path).data)
+                grid = load_map(mask.path)
+                cells, yaw = np.unique(grid.data), grid.origin.yaw
                 values = tuple(cells[cells > FREE].tolist())
-            yield SpeedMask(node, name, mask.info_node, mask.info, values)
+            yield MaskFacts(node, name, mask.info_node, mask.info, values, yaw)
 
 
 def _with_refusals(nav2: Nav2File, others: Iterable[Notice]) -> list[Notice]:

@@ -12,7 +12,6 @@ from harness.storage.shipped import is_file
 from harness.task.camera_params import CameraParams
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, TRUTH, Stack
 from harness.world.map.scene import Scene
-from harness.world.map.scene_io import align
 from harness.world.outcome import Rules
 from harness.world.people.params import PedestrianParams
 from harness.world.sensors.ground_truth import (
@@ -29,7 +28,7 @@ from navstack.build import (
     read_frequencies,
 )
 from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OccupancyGrid, align
 from navstack.errors import PlanningError
 from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator

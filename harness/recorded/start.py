@@ -6,9 +6,8 @@ import numpy as np
 
 from harness.storage.shipped import resolve, shipped
 from harness.world.map.scene import Scene
-from harness.world.map.scene_io import align
 from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import FARTHEST, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FARTHEST, UNKNOWN, OccupancyGrid, align
 from navstack.errors import InputError, ParameterError
 from navstack.localization.geodesy import LocalFrame
 from navstack.params.extensions import uses_map

@@ -16,6 +16,7 @@ from navbench.api.driving import Driven
 from navbench.api.run import drive as drive_stacks
 from navstack.build import build_localizer, build_navigator, read_frequencies
 from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import align
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.strict import dump_dataclass
@@ -101,9 +102,9 @@ def drive_robot(
     nav2 = load_nav2(resolve(params, shipped("params") / "nav2", "Nav2"), allow_unknown=True)
     if map_file is None:
         say("waiting for /map")
-        grid = receive_map(MAP_LIMIT)
+        grid = align(receive_map(MAP_LIMIT))
     else:
-        grid = load_map(map_file)
+        grid = align(load_map(map_file))
     navigator = build_navigator(nav2, build_localizer(localizer, nav2, grid), grid, None)
     settings = Ros2Params()
     if datum is not None:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from navstack.costmap.map_image import MAX_PIXELS
 from navstack.errors import MapError
+from navstack.geometry import rotation
 from navstack.types import BoolArray, Pose2D
 
 FREE = 0
@@ -66,3 +68,35 @@ def enclosed(occupied: BoolArray) -> BoolArray:
     beside = whole[:, :-2] & whole[:, 1:-1] & whole[:, 2:]
     inside: BoolArray = beside[:-2] & beside[1:-1] & beside[2:]
     return inside
+
+
+def align(grid: OccupancyGrid) -> OccupancyGrid:
+    """The same map with its axes parallel to the frame's, by the nearest cell.
+
+    What lies outside is unknown.
+
+    (Nav2's costmaps ignore a yaw in a map's origin instead.)
+    """
+    yaw, r = grid.origin.yaw, grid.resolution
+    if yaw == 0.0:
+        return grid
+    corners = np.array(((0, 0), (grid.width, 0), (grid.width, grid.height), (0, grid.height))) * r
+    turned = corners @ rotation(-yaw)
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
+    if width * height > MAX_PIXELS:
+        raise MapError(
+            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give "
+            "an origin without yaw"
+        )
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    x = low[0] + (np.arange(width) + 0.5) * r
+    y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
+    columns = np.floor((cos * x + sin * y) / r).astype(np.int64)
+    rows = np.floor((-sin * x + cos * y) / r).astype(np.int64)
+    inside = (columns >= 0) & (columns < grid.width) & (rows >= 0) & (rows < grid.height)
+    data = np.full((height, width), UNKNOWN, dtype=np.int8)
+    data[inside] = grid.data[rows[inside], columns[inside]]
+    return OccupancyGrid(
+        data, r, Pose2D(grid.origin.x + float(low[0]), grid.origin.y + float(low[1]), 0.0)
+    )

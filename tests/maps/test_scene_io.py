@@ -8,10 +8,10 @@ import pytest
 
 from harness.world.map.extrude import WALL_HEIGHT, extrude, merge_rectangles
 from harness.world.map.scene import Obstacle, Scene, Zone
-from harness.world.map.scene_io import align, load_scene, map_names, save_scene
+from harness.world.map.scene_io import load_scene, map_names, save_scene
 from harness.world.map.shapes import Rect, box, octagon, polygon_area
 from navstack.costmap.map_io import save_map
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, align
 from navstack.errors import MapError, UnknownNameError
 from navstack.types import Pose2D
 

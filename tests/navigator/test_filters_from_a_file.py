@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from harness.storage.shipped import shipped
-from navstack.build import build_navigator
+from navstack.build import _build_costmap, build_navigator
 from navstack.params.nav2_file.file import load_nav2
 from navstack.types import Pose2D
 
@@ -70,6 +70,20 @@ def test_a_keepout_mask_is_driven_around(room, make, drive, nav2_with_mask) -> N
     assert math.hypot(driven.pose.x - 13.0, driven.pose.y - 2.0) < 0.4
     assert not any(7.0 <= pose.x <= 9.0 and pose.y <= 5.0 for pose in driven.poses)
     assert navigator.counts.failed_plans == 0
+
+
+def test_a_turned_mask_stands_as_a_turned_map_would(tmp_path, room, nav2_with_mask) -> None:
+    """A wall along its x axis lies along the y axis after a quarter turn."""
+    values = np.zeros((4, 10), dtype=int)
+    values[0] = 100
+    nav2 = nav2_with_mask("keepout", values)
+    path = tmp_path / "masks" / "keepout.yaml"
+    path.write_text(path.read_text().replace("[0.0, 0.0, 0.0]", f"[8.0, 2.0, {math.pi / 2}]"))
+    costmap = _build_costmap(nav2, "global_costmap", room(), None)
+    costmap.update(Pose2D(4.0, 4.0, 0.0), None, 0.0)
+    # the wall's cells are x from 7.8 to 8.0 m, y from 2.0 to 4.0 m
+    assert [costmap.master.cost_at(7.9, y) for y in (2.1, 3.9)] == [254, 254]
+    assert costmap.master.cost_at(9.9, 2.1) < 253
 
 
 def test_a_speed_mask_slows_the_robot_and_lets_it_go_again(

@@ -40,9 +40,25 @@ MPPI = ("mppi-capped-speed", "mppi-biased-noise")
 DOCUMENT = (ROOT / "docs" / "lint.md").read_text(encoding="utf-8")
 
 
+MASK = """\
+image: mask.pgm
+resolution: 0.1
+origin: [0.0, 0.0, {yaw}]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.25
+"""
+
+
 @pytest.fixture
 def robot_with(tmp_path):
-    """The good robot's file with parameters changed; None removes one."""
+    """The good robot's file with parameters changed; None removes one.
+
+    Beside it stand the masks ``straight.yaml`` and ``turned.yaml``.
+    """
+    (tmp_path / "mask.pgm").write_text("P2 1 1 255 0")
+    for name, yaw in (("straight", 0.0), ("turned", 0.3)):
+        (tmp_path / f"{name}.yaml").write_text(MASK.format(yaw=yaw))
 
     def _robot_with(changes):
         tree = load_yaml(DATA / "robot.yaml")

@@ -9,8 +9,14 @@ from scipy.ndimage import distance_transform_edt, label
 from harness.world.map.extrude import extrude, merge_rectangles
 from harness.world.map.geojson import MAX_OBJECTS
 from harness.world.map.scene import Scene, Zone
-from harness.world.map.scene_io import align
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import (
+    FREE,
+    OCCUPIED,
+    SOLID_FROM,
+    UNKNOWN,
+    OccupancyGrid,
+    align,
+)
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, IntArray
 

@@ -10,7 +10,6 @@ mesh.
 """
 
 import contextlib
-import math
 import os
 from pathlib import Path
 
@@ -21,13 +20,17 @@ from harness.world.map.extrude import extrude
 from harness.world.map.geojson import load_objects, objects_text
 from harness.world.map.scene import Scene
 from navstack.costmap.field_cache import cached_array, content_key
-from navstack.costmap.map_image import MAX_BYTES, MAX_PIXELS
+from navstack.costmap.map_image import MAX_BYTES
 from navstack.costmap.map_io import load_map, load_metadata, save_map
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, SOLID_FROM, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import (
+    FREE,
+    OCCUPIED,
+    SOLID_FROM,
+    OccupancyGrid,
+    align,
+)
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.files import check_regular
-from navstack.geometry import rotation
-from navstack.types import Pose2D
 
 FREE_BELOW = 20  # [%] occupancy below which it is walkable (map_server's free_thresh)
 MOST_READ = 4096  # characters of a file in which a map names its image
@@ -130,38 +133,6 @@ def save_scene(scene: Scene, folder: Path, name: str) -> None:
     save_map(scene.walkable, path.with_name(f"{name}{_WALKABLE}.yaml"))
     if scene.drawn_mesh is not None:
         save_map(scene.drawn_mesh, path.with_name(f"{name}{_MESH}.yaml"))
-
-
-def align(grid: OccupancyGrid) -> OccupancyGrid:
-    """The same map with its axes parallel to the frame's, by the nearest cell.
-
-    What lies outside is unknown.
-
-    (Nav2's costmaps ignore a yaw in a map's origin instead.)
-    """
-    yaw, r = grid.origin.yaw, grid.resolution
-    if yaw == 0.0:
-        return grid
-    corners = np.array(((0, 0), (grid.width, 0), (grid.width, grid.height), (0, grid.height))) * r
-    turned = corners @ rotation(-yaw)
-    low, high = turned.min(axis=0), turned.max(axis=0)
-    width, height = (max(math.ceil(extent / r - 1e-9), 1) for extent in high - low)
-    if width * height > MAX_PIXELS:
-        raise MapError(
-            f"map turned by {yaw:g} rad has {width} x {height} cells; allowed: {MAX_PIXELS}; give "
-            "an origin without yaw"
-        )
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    x = low[0] + (np.arange(width) + 0.5) * r
-    y = (low[1] + (np.arange(height) + 0.5) * r)[:, None]
-    columns = np.floor((cos * x + sin * y) / r).astype(np.int64)
-    rows = np.floor((-sin * x + cos * y) / r).astype(np.int64)
-    inside = (columns >= 0) & (columns < grid.width) & (rows >= 0) & (rows < grid.height)
-    data = np.full((height, width), UNKNOWN, dtype=np.int8)
-    data[inside] = grid.data[rows[inside], columns[inside]]
-    return OccupancyGrid(
-        data, r, Pose2D(grid.origin.x + float(low[0]), grid.origin.y + float(low[1]), 0.0)
-    )
 
 
 def _load_grid(path: Path) -> OccupancyGrid:

@@ -1,4 +1,4 @@
-"""A rule about the masks of costmap filters."""
+"""Rules about the masks of costmap filters."""
 
 from collections.abc import Iterator
 
@@ -28,6 +28,23 @@ def lifted_speed_limit(subject: Subject) -> Iterator[Finding]:
                 f"{info.multiplier:g} x {lifted[-1]} = {limit:g}{unit}",
                 f"base and multiplier of {mask.info_node} so that every value gives more than 0 "
                 "and at most 100 %",
+                mask.node,
+            )
+
+
+@RULES.warning
+def turned_mask(subject: Subject) -> Iterator[Finding]:
+    """A filter's mask is turned by the yaw of its origin.
+
+    Why: Nav2's costmaps leave the yaw out, of masks and maps alike; RViz draws them turned. Here
+    they stand turned.
+    """
+    for mask in subject.masks:
+        if mask.yaw != 0.0:
+            yield Finding(
+                mask.filter,
+                f"the origin of its mask has a yaw of {mask.yaw:g} rad, which Nav2 leaves out",
+                "an origin with a yaw of 0, and the mask's picture turned",
                 mask.node,
             )
 

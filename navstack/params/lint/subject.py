@@ -66,14 +66,15 @@ class RobotLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class SpeedMask:
-    """The mask of a speed filter."""
+class MaskFacts:
+    """What a mask of a costmap filter says."""
 
     node: str  # costmap
     filter: str  # the filter's name
     info_node: str  # the costmap_filter_info_server
     info: FilterInfoServerParams
     values: tuple[int, ...]  # [%] in it, ascending, without those of free and unknown cells
+    yaw: float  # [rad] of its origin
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +98,7 @@ class Subject:
         self,
         nav2: Nav2File,
         robot: RobotLimits | None = None,
-        masks: Sequence[SpeedMask] = (),
+        masks: Sequence[MaskFacts] = (),
     ) -> None:
         self.nav2 = nav2
         self.robot = robot
