@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from harness.storage.shipped import keep_compiled_code
-from navbench.cli.signals import stop_like_ctrl_c
+from navbench.cli.signals import stop_like_ctrl_c, was_told_to_stop
 from navbench.cli.streams import lost_output, provide_streams
 from navstack.dispatch import restart_unmasked
 from navstack.errors import NavstackError, NavstackWarning
@@ -122,7 +122,9 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
         return _complain(str(error), 1)
     except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError
         return _complain("interrupted", 130)
-    except (OSError, RuntimeError) as error:
+    except Exception as error:
+        if was_told_to_stop():  # and a library made another error of it
+            return _complain("interrupted", 130)
         message = _of_the_system(error)
         if not message:
             raise

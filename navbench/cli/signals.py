@@ -2,16 +2,35 @@
 
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from types import FrameType
+from typing import Any
+
+_AGAIN = 0.2  # [s] until a library that swallowed an interrupt is left
+_told: list[int] = []  # signals by which this program was told to stop
 
 
 def stop_like_ctrl_c() -> None:
-    """Have SIGTERM and SIGHUP raise KeyboardInterrupt, unless they were ignored at the start."""
-    for name in ("SIGTERM", "SIGHUP"):
+    """Have SIGTERM and SIGHUP raise KeyboardInterrupt, unless they were ignored at the start.
+
+    All three are noted: what a library makes of an interrupt may be another error, or nothing.
+    """
+    _told.clear()
+    for name in ("SIGTERM", "SIGHUP", "SIGINT"):
         number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup's wish stands
+        # nohup's wish stands
+        usual = (signal.SIG_DFL, signal.default_int_handler)
+        if number is not None and signal.getsignal(number) in usual:
             signal.signal(number, _interrupt)
+    sys.unraisablehook = _pass_on
+
+
+def was_told_to_stop() -> bool:
+    """Whether a signal said so since :func:`stop_like_ctrl_c`; who asks obeys it."""
+    was_told = bool(_told)
+    _told.clear()
+    return was_told
 
 
 def run_script(main: Callable[[], None]) -> None:
@@ -25,4 +44,21 @@ def run_script(main: Callable[[], None]) -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    _told.append(number)
     raise KeyboardInterrupt
+
+
+def _pass_on(lost: Any) -> None:
+    """Raise an interrupt again that came while compiled code was calling back, where it is lost."""
+    if _told and lost.exc_type is KeyboardInterrupt:
+        again = threading.Timer(_AGAIN, _repeat)
+        again.daemon = True
+        again.start()
+        return
+    sys.__unraisablehook__(lost)
+
+
+def _repeat() -> None:
+    """Repeat the last signal, unless it was obeyed meanwhile."""
+    if _told:
+        signal.raise_signal(_told[-1])
