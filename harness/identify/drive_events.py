@@ -22,7 +22,7 @@ from harness.recorded.drive_log import DriveLog, period_of
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
-from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED
 from navstack.geometry import transform_points
 from navstack.params.tracker import TrackerParams
 from navstack.perception.tracker import Tracker
@@ -33,6 +33,7 @@ NEAR_DISTANCE, NEAR_TIME = 0.25, 1.0  # [m] to a person's body, [s] to a collisi
 _SMOOTH = 0.4  # [s] over which speed is smoothed for braking
 _APART = 3.0  # [s] between two events of one kind
 _BESIDE = 0.35  # [m] between the robot's outline and what it touched on the map
+_OFF_THE_MAP = 0.2  # [-] share of the poses that no map of theirs has off its free ground
 _JUMP = 1.0  # [m] by which a standing robot's believed place may not change
 
 
@@ -71,6 +72,23 @@ def _pose_of(rows: FloatArray, stamp: float) -> Pose2D:
         float(np.interp(stamp, stamps, x)),
         float(np.interp(stamp, stamps, y)),
         float(np.interp(stamp, stamps, np.unwrap(yaw))),
+    )
+
+
+def doubt_of_map(log: DriveLog, scene: Scene) -> str:
+    """Why the map cannot be that of the log's poses; empty: nothing speaks against it."""
+    if not len(log.poses):
+        return ""
+    places = log.poses[:, 1:3].tolist()
+    off = [(x, y) for x, y in places if scene.geometry.value_at(x, y) != FREE]
+    share = len(off) / len(places)
+    if share < _OFF_THE_MAP:
+        return ""
+    x, y = off[0]
+    return (
+        f"{share:.0%} of the log's poses are not on free ground of map '{scene.name}', the first "
+        f"at {x:.1f}, {y:.1f} m; near misses, and what a contact was with, are told by the map: "
+        "give the one that the robot was localized on"
     )
 
 

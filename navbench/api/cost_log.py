@@ -11,6 +11,7 @@ from harness.economics.prices import load_prices
 from harness.episode.episode import run_episode
 from harness.identify.drive_cost import DriveCost, cost_of_drive
 from harness.identify.drive_difference import KINDS, differences, kilometres
+from harness.identify.drive_events import doubt_of_map
 from harness.identify.twin import Place, Twin, mission_of, real_drive, simulated_drive
 from harness.recorded.drive_log import DriveLog
 from harness.recorded.log import LogRequest, read_log
@@ -119,6 +120,8 @@ def cost_log(
     paid_by = load_prices(prices)
     scene = load_scene(map)
     log = read_log(request, lambda text: say(f"note: {text}"))
+    if doubt := doubt_of_map(log, scene):
+        say(f"note: {doubt}")
     if html is not None:
         require_shown(log)
     mission = nav2 and mission_of(log)  # refused before the fit of events, which takes longer

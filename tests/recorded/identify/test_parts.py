@@ -1,4 +1,4 @@
-"""A log in several parts: pauses between them are no driving, and nothing counts twice."""
+"""A log in several parts, with a gamepad, on another map: what is no driving is told."""
 
 import dataclasses
 from pathlib import Path
@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.identify.drive_events import _interventions
+from harness.identify.drive_events import _interventions, doubt_of_map
 from harness.recorded.drive_log import LEFT, PAUSE, DriveLog, Pauses
 from harness.recorded.log import LogRequest, read_log
 from navbench.cli.app import main
+from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.types import Pose2D
 
 from ..writing import START, Entry, odometry, scan
@@ -76,6 +77,22 @@ def test_a_trigger_at_rest_is_no_takeover(
     entries = sorted((*straight(0.0), *joystick), key=lambda entry: entry.stamp)
     log, _ = read(tmp_path, entries)
     assert len(log.takeovers) == count
+
+
+@pytest.mark.parametrize("where", ["inside", "beyond", "in a wall"])
+def test_poses_that_are_not_on_the_map_are_told(tmp_path: Path, where: str) -> None:
+    scene = drives.yard()
+    grid = scene.geometry
+    row, column = np.argwhere(grid.data == OCCUPIED)[0]
+    wall = np.array((column, row)) * grid.resolution + (grid.origin.x, grid.origin.y)
+    places = {"inside": (0.0, 0.0), "beyond": (0.0, 99.0), "in a wall": wall + 0.01}
+    log, _ = read(tmp_path, straight(0.0))
+    assert doubt_of_map(log, scene) == "", "a log without poses says nothing"
+    poses = np.zeros((10, 4))
+    poses[5:, 1:3] = places[where]
+    doubt = doubt_of_map(dataclasses.replace(log, poses=poses), scene)
+    told = f"50% of the log's poses are not on free ground of map '{scene.name}'"
+    assert doubt.startswith(told) == (where != "inside")
 
 
 def test_a_drive_is_not_compared_with_itself(
