@@ -48,24 +48,32 @@ def draw_scene(drawing: Drawing, name: str) -> Scene:
 
 
 def with_things(scene: Scene, things: tuple[Thing, ...]) -> Scene:
-    """The scene with things put down in it."""
-    solid = scene.geometry.data.copy()
+    """The scene with things put down in it.
+
+    Raises:
+        ParameterError: one of them is not in the place, or too thin for its cells.
+    """
+    grid = scene.geometry
+    solid = grid.data.copy()
     obstacles = []
     for thing in things:
         box = Rect(*thing.box).polygon
         mask = np.zeros(solid.shape, dtype=bool)
-        fill_convex(
-            mask,
-            box,
-            True,
-            scene.geometry.resolution,
-            scene.geometry.origin.x,
-            scene.geometry.origin.y,
-        )
+        fill_convex(mask, box, True, grid.resolution, grid.origin.x, grid.origin.y)
+        if not mask.any():
+            raise ParameterError(
+                f"thing: box {list(thing.box)} covers no cell of {grid.resolution:g} m of the "
+                f"place, which is x {_span(grid.origin.x, grid.width * grid.resolution)}, "
+                f"y {_span(grid.origin.y, grid.height * grid.resolution)} m"
+            )
         solid[mask] = OCCUPIED
         obstacles.append(Obstacle(thing.kind, box, thing.height))
-    geometry = OccupancyGrid(solid, scene.geometry.resolution, scene.geometry.origin)
+    geometry = OccupancyGrid(solid, grid.resolution, grid.origin)
     return replace(scene, obstacles=(*scene.obstacles, *obstacles), geometry=geometry)
+
+
+def _span(begin: float, length: float) -> str:
+    return f"{begin:g}..{begin + length:g}"
 
 
 def _letters(drawing: Drawing) -> np.ndarray:

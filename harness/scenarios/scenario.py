@@ -65,6 +65,11 @@ class PersonScript:
                 f"person '{self.name}': speed {self.speed} m/s, starts_at {self.starts_at} s; "
                 f"allowed are more than 0 to 10 and 0 to {LONGEST:g}"
             )
+        if self.starts_near is not None and self.starts_near <= 0.0:
+            raise ParameterError(
+                f"person '{self.name}': starts_near {self.starts_near:g} m, where the robot never "
+                "is; give more than 0"
+            )
 
 
 @dataclass(frozen=True, slots=True)

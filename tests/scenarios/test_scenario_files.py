@@ -61,6 +61,11 @@ def seen_at(x: float) -> BodyState:
         ("{arrives_within: 10.0}", "{gives_up_with: NO_PATH}", "did you mean 'NO_VALID_PATH'"),
         ("{arrives_within: 10.0}", "{arrives_within: 11}", "is beyond the time_limit 10 s"),
         ("checks:", "things: [{box: [1, 1, 0, 2]}]\nchecks:", "x0 < x1"),
+        (
+            "checks:",
+            "people: [{waypoints: [[1, 1]], starts_near: 0.0}]\nchecks:",
+            "starts_near 0 m, where the robot never is",
+        ),
     ],
 )
 def test_files_are_strict(tmp_path: Path, old: str, new: str, words: str) -> None:
@@ -109,6 +114,13 @@ def test_things_are_solid_and_leave_the_ground_as_it_is() -> None:
     assert (full.geometry.data == OCCUPIED).sum() == round(0.25 / CELL**2)
     assert (scene.geometry.data == FREE).all() and full.walkable is scene.walkable
     assert [obstacle.kind for obstacle in full.obstacles] == ["van"]
+
+
+@pytest.mark.parametrize("box", [(100.0, 0.0, 101.0, 0.5), (0.51, 0.0, 0.52, 0.5)])
+def test_a_thing_that_no_lidar_would_see_is_refused(box: tuple[float, ...]) -> None:
+    scene = draw_scene(Drawing("....\n....", 0.5), "place")
+    with pytest.raises(InputError, match=r"covers no cell of 0.05 m .* x 0..2, y 0..1 m"):
+        with_things(scene, (Thing(box, "van", 2.0),))
 
 
 def test_people_follow_their_scripts() -> None:
