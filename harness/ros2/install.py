@@ -1,21 +1,27 @@
 """Whether ROS 2 is here."""
 
-from importlib.util import find_spec
+import sys
+from importlib import import_module
 
 from navstack.errors import InputError
 
 NEEDED = ("rclpy", "sensor_msgs", "nav_msgs", "geometry_msgs", "rosgraph_msgs", "cyclonedds")
+PYTHON = f"Python {sys.version_info.major}.{sys.version_info.minor}"
 
 
 def require_ros2() -> None:
-    """Refuse to go on without ROS 2's Python packages.
+    """Refuse to go on without ROS 2's Python packages, or with those of another Python.
 
     Raises:
-        InputError: one is missing.
+        InputError: one cannot be imported.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
-        raise InputError(
-            f"ROS 2's {', '.join(missing)} cannot be imported; source your ROS 2's setup.bash, or "
-            "install its wheels: pip install 'navbench[ros2]'"
-        )
+    for name in NEEDED:
+        try:
+            import_module(name)
+        except ImportError as error:
+            reason = str(error).splitlines()[0]
+            raise InputError(
+                f"ROS 2's {name} cannot be imported by this {PYTHON} ({reason}); source the "
+                f"setup.bash of a ROS 2 for {PYTHON}, or install its wheels: "
+                "pip install 'navbench[ros2]'"
+            ) from None
