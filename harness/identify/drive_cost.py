@@ -104,7 +104,7 @@ def _driven(log: DriveLog, robot: RobotParams, gravity: float) -> tuple[float, F
     if len(stamps) < 10:
         return distance, np.zeros(max(len(stamps), 1))
     constants = drive_constants(robot, gravity, period)
-    width = max(round(_SMOOTH / period) | 1, 5)
+    width = min(max(round(_SMOOTH / period) | 1, 5), (len(stamps) - 1) | 1)
     speeds, turns = (savgol_filter(log.odometry[:, n], width, 2) for n in (4, 5))
     along, couple = _forces(robot, speeds, turns, period)
     energy = np.zeros(len(stamps))

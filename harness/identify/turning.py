@@ -15,13 +15,14 @@ from harness.identify.estimate import (
 )
 from harness.identify.stillness import at_rest
 from harness.recorded.drive_log import DriveLog, period_of
-from navstack.types import FloatArray
+from navstack.types import BoolArray, FloatArray
 
 _LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
 _LEAST_TURN = 0.05  # [rad] in a window that tells of the scale
 _UNSURE = 0.1  # [-] half interval from which the scale is not identifiable
 _SMOOTH = 0.25  # [s] over which the gyro is averaged to tell turns from noise
 _LEAST_TURNED = 3.0  # [rad] in all
+_LEAST_TOGETHER, _LEAST_WINDOWS = 10, 3  # rows of odometry beside the gyro's; windows with a turn
 _GRAVITY = 9.81  # [m/s2]
 _FARTHEST = 6.0  # [-] standard deviations beyond which a window is an outlier
 EIGHT = "drive a figure of eight, and turn on the spot both ways, with /imu/data"
@@ -55,9 +56,12 @@ def fit_turning(log: DriveLog) -> Turning:
     """
     if len(log.imu) < 100:
         return _nothing("record /imu/data as well", 0.0)
+    if np.sum(_with_gyro(log, log.stamps)) < _LEAST_TOGETHER:
+        return _nothing(EIGHT, 0.0)
     delay, delay_half = _delay(log)
     long, short = (_windows(log, delay, length) for length in (_LONG, _WINDOW))
-    if np.abs(short.columns[:, 0]).sum() < _LEAST_TURNED:
+    has_turned = np.abs(short.columns[:, 0]).sum() >= _LEAST_TURNED
+    if not has_turned or np.sum(long.causes[:, 1] > _LEAST_TURN) < _LEAST_WINDOWS:
         return _nothing(EIGHT, len(short.middle) * _WINDOW)
     values, half = _scale_of(long)
     scale, bias = float(values[0]), float(-values[1] / values[0])
@@ -158,7 +162,7 @@ def _delay(log: DriveLog) -> tuple[float, float]:
     periods = np.diff(log.stamps)
     stamps = log.stamps[1:] - 0.5 * periods
     rates = np.diff(log.yaws) / periods
-    inside = (stamps > log.imu_stamps[0] + 1.0) & (stamps < log.imu_stamps[-1] - 1.0)
+    inside = _with_gyro(log, stamps)
     stamps, rates = stamps[inside], rates[inside]
 
     def residuals(values: FloatArray) -> FloatArray:
@@ -173,6 +177,12 @@ def _delay(log: DriveLog) -> tuple[float, float]:
     solution = least_squares(residuals, start + 1e-4, loss="soft_l1", f_scale=scale, **steps)
     half = half_widths(solution.jac, solution.fun, stamps)
     return float(solution.x[0]), float(half[0])
+
+
+def _with_gyro(log: DriveLog, stamps: FloatArray) -> BoolArray:
+    """Which stamps (N,) [s] have a second of the gyro before and after them."""
+    found: BoolArray = (stamps > log.imu_stamps[0] + 1.0) & (stamps < log.imu_stamps[-1] - 1.0)
+    return found
 
 
 def _windows(log: DriveLog, delay: float, length: float) -> _Windows:

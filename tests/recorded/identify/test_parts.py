@@ -1,6 +1,7 @@
-"""A log in several parts, with a gamepad, on another map: what is no driving is told."""
+"""Logs in parts, short ones, with a gamepad, on another map: what is no driving is told."""
 
 import dataclasses
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,14 @@ import pytest
 from harness.identify.drive_events import _interventions, doubt_of_map
 from harness.recorded.drive_log import LEFT, PAUSE, DriveLog, Pauses
 from harness.recorded.log import LogRequest, read_log
+from navbench.api.cost_log import cost_log
+from navbench.api.identify import identify
 from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.types import Pose2D
 
-from ..writing import START, Entry, odometry, scan
-from . import drives
+from ..writing import START, Entry, imu, odometry, scan
+from . import drives, missions
 
 DAY = 86_400.0  # [s]
 
@@ -103,3 +106,37 @@ def test_a_drive_is_not_compared_with_itself(
         main(["cost-log", bag, "--against", bag, "--robot", "segway_e1", "--map", "sidewalk"])
     assert leaving.value.code == 1
     assert f"bag '{bag}' is given twice; give each once" in capsys.readouterr().err
+
+
+def circle(rate: float, seconds: float, since: float = 0.0) -> list[Entry]:
+    """Round a circle of a metre at 1 rad/s."""
+    times = (np.arange(seconds * rate) / rate).tolist()
+    return [
+        odometry(START + since + t, Pose2D(math.sin(t), 1.0 - math.cos(t), t), 1.0, 1.0)
+        for t in times
+    ]
+
+
+def gyro(rate: float, seconds: float, since: float = 0.0) -> list[Entry]:
+    times = (np.arange(seconds * rate) / rate).tolist()
+    return [imu(START + since + t, t, 1.0) for t in times]
+
+
+@pytest.mark.parametrize(
+    "entries",
+    [
+        [*circle(200.0, 0.1)],
+        [*circle(20.0, 2.0), *gyro(100.0, 1.1)],
+        [*circle(20.0, 4.0), *gyro(100.0, 4.0)],
+        [*circle(20.0, 9.0), *gyro(100.0, 3.0, since=7.0)],
+    ],
+    ids=["a tenth of a second", "a second of gyro", "one long window", "hardly together"],
+)
+def test_a_short_log_has_costs_and_a_robot_file(tmp_path: Path, entries: list[Entry]) -> None:
+    bag = drives.write_mcap(tmp_path / "drive.mcap", sorted(entries, key=lambda each: each.stamp))
+    request = LogRequest((bag,))
+    priced = cost_log(request, "segway_e1", str(missions.write_yard(tmp_path)))
+    assert priced.cost.distance == pytest.approx(read_log(request, print).steps.sum())
+    assert math.isfinite(priced.cost.total)
+    robot = identify(request, tmp_path / "robot.yaml")
+    assert robot.found.value("odometry_angular_scale") is None
