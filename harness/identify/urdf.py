@@ -20,7 +20,9 @@ from navstack.types import FloatArray
 
 LARGEST = 5_000_000  # [bytes]
 MOST_LINKS = 2000
-_REFUSED = re.compile(r"<!(?:DOCTYPE|ENTITY)|<\w*:include|xmlns:xacro|<xacro:", re.IGNORECASE)
+_DECLARED = re.compile(r"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
+_TO_EXPAND = re.compile(r"<\w*:include|<xacro:[\w.]*|\$\{[^}]{0,40}\}?", re.IGNORECASE)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _MOVING = ("continuous", "revolute", "prismatic", "planar", "floating")
 _FARTHEST = 50.0  # [m] of anything from the base
 _MOST_OFFSET = 1000.0  # [m], [rad] from one link to the next
@@ -82,7 +84,7 @@ def _parsed(path: Path) -> Any:
         raise InputError(f"URDF '{path}' cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise InputError(f"URDF '{path}' is no text; give the XML file of a robot") from None
-    if found := _REFUSED.search(text):
+    if found := _DECLARED.search(text) or _TO_EXPAND.search(_COMMENT.sub("", text)):
         raise InputError(
             f"URDF '{path}' has '{found.group()}', which is not expanded here; give the plain "
             "result of `xacro robot.urdf.xacro > robot.urdf`"

@@ -38,6 +38,9 @@ URDF = """<?xml version="1.0"?>
 """
 
 
+XACRO = 'xmlns:xacro="http://ros.org/wiki/xacro"'
+
+
 def straight(seconds: float = 10.0, child: str = "base_link") -> list[Entry]:
     """A second's metre straight on."""
     stamps = np.arange(0.0, seconds, 0.05)
@@ -134,12 +137,13 @@ def test_why_commands_do_not_predict(is_commanded: bool, why: str, tmp_path: Pat
     "text",
     [
         URDF.replace('"1.0"?>', '"1.0"?><!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>'),
-        URDF.replace('name="cart"', 'name="cart" xmlns:xacro="http://ros.org/wiki/xacro"'),
+        URDF.replace('name="cart">', f'name="cart" {XACRO}><xacro:wheel side="left"/>'),
+        URDF.replace("base_link", "${namespace}base_link"),
         "<robot",
         "<robot/>",
         "nothing",
     ],
-    ids=["entity", "xacro", "cut", "empty", "text"],
+    ids=["entity", "xacro", "expression", "cut", "empty", "text"],
 )
 def test_a_urdf_that_is_refused(text: str, tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
@@ -150,9 +154,14 @@ def test_a_urdf_that_is_refused(text: str, tmp_path: Path) -> None:
     assert "\n" not in str(refused.value)
 
 
-def test_a_urdf_is_read(tmp_path: Path) -> None:
+COMMENTED = f'name="cart" {XACRO}> <!-- <xacro:include filename="$(find cart)/${{x}}"/> -->'
+
+
+@pytest.mark.parametrize("root", ['name="cart">', COMMENTED])
+def test_a_urdf_is_read(tmp_path: Path, root: str) -> None:
+    """Also one as TurtleBot3's, which only names xacro."""
     path = tmp_path / "robot.urdf"
-    path.write_text(URDF)
+    path.write_text(URDF.replace('name="cart">', root))
     body = read_urdf(path)
     assert body.box is not None
     assert body.box == pytest.approx(np.array(((-0.4, -0.22), (0.2, 0.22))), abs=1e-6)
