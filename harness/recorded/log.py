@@ -149,6 +149,9 @@ def _read(
         say(f"{error}; what stands before it is used")
     for line in receiver.notes(clock):
         say(line)
+    if receiver.doubt:  # gravity would count as a push
+        say("the inertial unit is left out, until its mounting is given")
+        rows.forget(IMU)
     return rows
 
 

@@ -31,6 +31,11 @@ class LogRows:
         """Enter a row."""
         self.by_kind.setdefault(kind, []).append(row)
 
+    def forget(self, kind: str) -> None:
+        """Leave a kind out, as if it had not been recorded."""
+        self.by_kind.pop(kind, None)
+        self.delays.pop(kind, None)
+
 
 def take(
     rows: LogRows,

@@ -108,6 +108,24 @@ def test_a_drive_is_not_compared_with_itself(
     assert f"bag '{bag}' is given twice; give each once" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("is_told", [False, True])
+def test_a_unit_whose_gravity_is_no_push_counts_once_its_mounting_is_told(
+    tmp_path: Path, is_told: bool
+) -> None:
+    lying = gyro(100.0, 10.0)
+    for entry in lying:
+        entry.fields["linear_acceleration"] = {"x": 9.81}
+        entry.fields["orientation_covariance"] = [-1.0] + [0.0] * 8  # it has none
+    entries = sorted([*straight(0.0), *lying], key=lambda entry: entry.stamp)
+    bag = drives.write_mcap(tmp_path / "drive.mcap", entries)
+    given = ("base_link imu_link 0 0 0 0 -1.5707963 0",) if is_told else ()
+    said: list[str] = []
+    log = read_log(LogRequest((bag,), given), said.append)
+    assert (len(log.imu) > 0) == is_told
+    assert any("the inertial unit is left out" in line for line in said) != is_told
+    assert np.abs(log.imu[:, 3:]).max(initial=0.0) < 0.1
+
+
 def circle(rate: float, seconds: float, since: float = 0.0) -> list[Entry]:
     """Round a circle of a metre at 1 rad/s."""
     times = (np.arange(seconds * rate) / rate).tolist()
