@@ -85,6 +85,11 @@ class _Values:
         self.sources[key] = source
 
 
+def sensors_beside(robot: Path) -> Path:
+    """The sensors file that goes with a robot file."""
+    return robot.with_name(f"{robot.stem}_sensors.yaml")
+
+
 def write_files(
     out: Path,
     found: Identified,
@@ -110,7 +115,7 @@ def write_files(
     plain = {name: group.values for name, group in sensors.items()}
     from_mapping(SensorParams, plain, "sensors")
     title = f"From {log.files}, {log.duration:.0f} s, by navbench identify."
-    beside = out.with_name(f"{out.stem}_sensors.yaml")
+    beside = sensors_beside(out)
     groups = CommentedMap({name: _commented(group) for name, group in sensors.items()})
     texts = {out: _text(_commented(robot)), beside: _text(groups)}
     for path, text in texts.items():

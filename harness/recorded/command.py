@@ -28,7 +28,7 @@ from harness.recorded.trajectory import (
     relative_errors,
     write_tum,
 )
-from harness.storage.files import require_writable
+from harness.storage.files import require_no_input, require_writable
 from harness.storage.shipped import resolve, shipped
 from navstack.build import build_localizer
 from navstack.errors import InputError, UnknownNameError
@@ -126,7 +126,8 @@ def localize(request: Request, show: Show) -> Localized:
         InputError: something given cannot be used.
     """
     require_writable("--out", request.out)
-    _require_no_input(request)
+    read = (*request.bags, request.params, request.map_name, request.reference)
+    require_no_input("--out", request.out, read)
     if request.localizer not in localizers():
         raise UnknownNameError("localizer", request.localizer, localizers())
     mountings = Mountings()
@@ -186,20 +187,6 @@ def _unusable(localizer: str, choice: Choice, bag: Bag, receiver: Receiver) -> s
                 f"which localizer {localizer} needs"
             )
     return ""
-
-
-def _require_no_input(request: Request) -> None:
-    """Check that the trajectory does not take the place of what it is made from."""
-    given = (*map(str, request.bags), request.params, request.map_name, request.reference)
-    if any(each is not None and _is_same(request.out, Path(each)) for each in given):
-        raise InputError(f"--out '{request.out}' is a file that is read; give another")
-
-
-def _is_same(out: Path, given: Path) -> bool:
-    """Whether both are the same file, or one that is already in the folder that is given."""
-    if not (out.exists() and given.exists()):
-        return False
-    return out.samefile(given) or (given.is_dir() and out.parent.samefile(given))
 
 
 def _reference(given: str | None, topics: Topics) -> Trajectory | str | None:

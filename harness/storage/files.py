@@ -7,7 +7,7 @@ import re
 import shutil
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -69,6 +69,23 @@ def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> Non
         to_write = file.absolute().parent
     if not os.access(to_write, os.W_OK):
         raise InputError(f"{what} '{file}' cannot be written: permission denied; choose another")
+
+
+def require_no_input(what: str, out: Path, given: Iterable[str | Path | None]) -> None:
+    """Check that a result does not take the place of what it is made from.
+
+    Raises:
+        InputError: it would be one of the files that are given, or one in such a folder.
+    """
+    if any(each is not None and _is_part_of(out, Path(each)) for each in given):
+        raise InputError(f"{what} '{out}' is a file that is read; give another name")
+
+
+def _is_part_of(out: Path, given: Path) -> bool:
+    """Whether both are one file, or the first is already in the folder that is given."""
+    if not (out.exists() and given.exists()):
+        return False
+    return out.samefile(given) or (given.is_dir() and out.parent.samefile(given))
 
 
 def require_folder(path: Path) -> None:

@@ -12,6 +12,7 @@ from harness.episode.episode import run_episode
 from harness.identify.drive_cost import DriveCost, cost_of_drive
 from harness.identify.drive_difference import KINDS, differences, kilometres
 from harness.identify.drive_events import doubt_of_map
+from harness.identify.robot_file import sensors_beside
 from harness.identify.twin import Place, Twin, mission_of, real_drive, simulated_drive
 from harness.recorded.drive_log import DriveLog
 from harness.recorded.log import LogRequest, read_log
@@ -140,8 +141,7 @@ def cost_log(
 
 def _beside(robot: str) -> str | None:
     """The sensors file that ``navbench identify`` writes beside a robot file."""
-    path = Path(robot)
-    sensors = path.with_name(f"{path.stem}_sensors.yaml")
+    sensors = sensors_beside(Path(robot))
     return str(sensors) if sensors.is_file() else None
 
 

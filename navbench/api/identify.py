@@ -6,11 +6,11 @@ from typing import Any
 
 from harness.identify.identification import PARTS, Identified, amcl_alphas
 from harness.identify.identification import identify as identify_log
-from harness.identify.robot_file import DEFAULT_ROBOT, Written, write_files
+from harness.identify.robot_file import DEFAULT_ROBOT, Written, sensors_beside, write_files
 from harness.identify.urdf import read_urdf
 from harness.recorded.drive_log import DriveLog
 from harness.recorded.log import LogRequest, read_log
-from harness.storage.files import require_writable
+from harness.storage.files import require_no_input, require_writable
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
 from navbench.api.progress import count_shown, say, share_shown
@@ -61,6 +61,8 @@ def identify(
         InputError: something given cannot be used.
     """
     require_writable("robot file", out, (".yaml", ".yml"))
+    for each in (out, sensors_beside(out)):
+        require_no_input("robot file", each, (*request.bags, urdf, nav2))
     body = None
     if urdf is not None:
         body = read_urdf(urdf)

@@ -8,7 +8,7 @@ import numpy as np
 
 from harness.report.map_picture import VIEWS, draw_map
 from harness.statistics.bootstrap import bootstrap_mean
-from harness.storage.files import arriving_together, require_folder
+from harness.storage.files import arriving_together, require_folder, require_no_input
 from harness.task.mission import SAMPLINGS, MissionSampler
 from harness.world.map.importer import ImportSettings, import_scene
 from harness.world.map.scene import Scene
@@ -138,7 +138,7 @@ def measure_map(
         )
     scene = load_scene(map)
     if picture is not None:
-        _require_no_part_of(map, picture)
+        require_no_input("--out", picture, map_files(map))
         draw_map(scene, picture, view=view)
     grid = scene.geometry
     published = _measures(PUBLISHED, PUBLISHED_EDGES)
@@ -151,12 +151,6 @@ def measure_map(
         "published": published | {"mean_shortest_path_m": PUBLISHED_MEAN_LENGTHS},
         "missions": {sampling: _lengths(scene, sampling, samples, seed) for sampling in SAMPLINGS},
     }
-
-
-def _require_no_part_of(map_name: str, out: Path) -> None:
-    """Check that a picture does not take the place of a file of the map."""
-    if any(out.exists() and file.exists() and out.samefile(file) for file in map_files(map_name)):
-        raise InputError(f"--out '{out}' is a file of the map itself; give another name")
 
 
 def _measures(world: MapStatistics, edges: EdgeStatistics | None) -> Row:

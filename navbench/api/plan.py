@@ -7,8 +7,9 @@ from typing import Any
 
 from harness.plan.question import Answer, PlanningMap, ask_all, task_of
 from harness.report.plan import draw_plan, plan_document
-from harness.storage.files import require_writable
+from harness.storage.files import require_no_input, require_writable
 from harness.task.study import EpisodeTask
+from harness.world.map.scene_io import map_files
 from navbench.api.progress import count_shown
 from navstack.types import Pose2D
 
@@ -66,6 +67,7 @@ def plan(
     """
     if picture is not None:
         require_writable("--picture", picture, PICTURES)
+        require_no_input("--picture", picture, map_files(map))
     task = task_of(map, start, goal, seed, params, allow_unknown)
     with count_shown("planners", len(planners)) as tell:
         ends, ground, answers = ask_all(task, planners, smoother, seconds, tell)

@@ -368,3 +368,14 @@ def test_cost_is_length_where_nothing_costs() -> None:
     assert cost_of(path, costmap) == pytest.approx(5.0)
     costmap.data[:] = 126
     assert cost_of(path, costmap) == pytest.approx(15.0)
+
+
+def test_a_picture_takes_no_file_of_the_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image, file = tmp_path / "map.png", tmp_path / "map.yaml"
+    file.write_text(MAP.replace("map.pgm", "map.png"))
+    image.write_bytes(b"mine")
+    assert plan("--map", str(file), "--picture", str(image)) == 1
+    assert "--picture" in (said := capsys.readouterr().err) and "is a file that is read" in said
+    assert image.read_bytes() == b"mine"

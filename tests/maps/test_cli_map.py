@@ -175,7 +175,7 @@ def test_nothing_of_a_map_is_written_over(hall: Path, capsys: pytest.CaptureFixt
     (image,) = (file for file in hall.parent.glob("hall.*") if file != hall)
     before = image.read_bytes()
     assert status("show", str(hall), "--out", str(image)) == 1
-    assert "is a file of the map itself" in capsys.readouterr().err and image.read_bytes() == before
+    assert "is a file that is read" in capsys.readouterr().err and image.read_bytes() == before
     alone = hall.parent / "new"
     alone.mkdir()
     (alone / "mine_walkable.png").write_bytes(b"somebody's")

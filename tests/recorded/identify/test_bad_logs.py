@@ -169,3 +169,20 @@ def test_a_urdf_is_read(tmp_path: Path, root: str) -> None:
     assert body.wheel_radius == pytest.approx(0.1)
     assert body.track == pytest.approx(0.4)
     assert body.frames == ("base_link laser 0.1 0 0.3 0 0 0.1",)
+
+
+@pytest.mark.parametrize("out", ["my_nav2.yaml", "my.yaml", "log/metadata.yaml"])
+def test_what_is_read_is_never_overwritten(
+    out: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also not by the sensors file, or within a bag's folder."""
+    names = {"my_nav2.yaml": "my_nav2.yaml", "my.yaml": "my_sensors.yaml"}
+    nav2, folder = tmp_path / names.get(out, "nav2.yaml"), tmp_path / "log"
+    folder.mkdir()
+    for file in (nav2, folder / "metadata.yaml"):
+        file.write_text("# mine")
+    with pytest.raises(SystemExit) as leaving:
+        main(["identify", str(folder), "--nav2", str(nav2), "--out", str(tmp_path / out)])
+    assert leaving.value.code == 1
+    assert "is a file that is read; give another name" in capsys.readouterr().err
+    assert nav2.read_text() == (folder / "metadata.yaml").read_text() == "# mine"
