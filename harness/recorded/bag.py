@@ -200,6 +200,18 @@ class Bag:
         return found
 
 
+def files_read(paths: Sequence[Path]) -> list[Path]:
+    """The paths of a log, and what is read of folders among them."""
+    found = list(paths)
+    for folder in (path for path in paths if path.is_dir()):
+        found += [
+            file
+            for file in folder.iterdir()
+            if file.name == METADATA or _unpacked_name(file).endswith(SUFFIXES)
+        ]
+    return found
+
+
 @contextlib.contextmanager
 def _as_far_as_whole() -> Iterator[None]:
     """Within it reading ends where a compressed file is damaged; errors of the disk are passed on.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from harness.recorded.bag import Bag
+from harness.recorded.bag import Bag, files_read
 from harness.recorded.bag_file import DamageError
 from harness.recorded.mountings import Mountings, frame_name
 from harness.recorded.receiver import Receiver
@@ -126,7 +126,7 @@ def localize(request: Request, show: Show) -> Localized:
         InputError: something given cannot be used.
     """
     require_writable("--out", request.out)
-    read = (*request.bags, request.params, request.map_name, request.reference)
+    read = (*files_read(request.bags), request.params, request.map_name, request.reference)
     require_no_input("--out", request.out, read)
     if request.localizer not in localizers():
         raise UnknownNameError("localizer", request.localizer, localizers())

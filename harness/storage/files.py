@@ -72,20 +72,14 @@ def require_writable(what: str, file: Path, suffixes: Sequence[str] = ()) -> Non
 
 
 def require_no_input(what: str, out: Path, given: Iterable[str | Path | None]) -> None:
-    """Check that a result does not take the place of what it is made from.
+    """Check that a result does not take the place of a file that it is made from.
 
     Raises:
-        InputError: it would be one of the files that are given, or one in such a folder.
+        InputError: it would.
     """
-    if any(each is not None and _is_part_of(out, Path(each)) for each in given):
+    files = [Path(each) for each in given if each is not None]
+    if out.exists() and any(each.exists() and out.samefile(each) for each in files):
         raise InputError(f"{what} '{out}' is a file that is read; give another name")
-
-
-def _is_part_of(out: Path, given: Path) -> bool:
-    """Whether both are one file, or the first is already in the folder that is given."""
-    if not (out.exists() and given.exists()):
-        return False
-    return out.samefile(given) or (given.is_dir() and out.parent.samefile(given))
 
 
 def require_folder(path: Path) -> None:

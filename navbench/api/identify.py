@@ -8,6 +8,7 @@ from harness.identify.identification import PARTS, Identified, amcl_alphas
 from harness.identify.identification import identify as identify_log
 from harness.identify.robot_file import DEFAULT_ROBOT, Written, sensors_beside, write_files
 from harness.identify.urdf import read_urdf
+from harness.recorded.bag import files_read
 from harness.recorded.drive_log import DriveLog
 from harness.recorded.log import LogRequest, read_log
 from harness.storage.files import require_no_input, require_writable
@@ -62,7 +63,7 @@ def identify(
     """
     require_writable("robot file", out, (".yaml", ".yml"))
     for each in (out, sensors_beside(out)):
-        require_no_input("robot file", each, (*request.bags, urdf, nav2))
+        require_no_input("robot file", each, (*files_read(request.bags), urdf, nav2))
     body = None
     if urdf is not None:
         body = read_urdf(urdf)

@@ -596,6 +596,11 @@ def test_what_is_read_is_never_overwritten(
 ) -> None:
     bag = tmp_path / "drive.bag"
     bag.write_bytes(b"#ROSBAG V2.0\n")
-    given = ("--bag", bag, "--params", "stock", "--localizer", "odom_imu", "--out", bag)
-    assert "is a file that is read; give another" in complaint(capsys, *given)
+    given = ("--params", "stock", "--localizer", "odom_imu", "--bag")
+    for name in (bag, tmp_path):
+        line = complaint(capsys, *given, name, "--out", bag)
+        assert "is a file that is read; give another" in line
+    out = tmp_path / "out.tum"
+    out.write_text("of another time")
+    assert "is a file that is read" not in complaint(capsys, *given, tmp_path, "--out", out)
     assert bag.read_bytes() == b"#ROSBAG V2.0\n"
