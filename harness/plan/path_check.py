@@ -30,7 +30,7 @@ class Obstacles:
         origin_x: float,
         origin_y: float,
     ) -> None:
-        """Keep the cells that have a neighbour that is not taken.
+        """Keep the cells that have a neighbour that is not taken, as none is beyond the map.
 
         Who gets inside comes through them.
 
@@ -40,7 +40,7 @@ class Obstacles:
             origin_x: [m] of the lower left corner of cell (0, 0).
             origin_y: [m].
         """
-        rim = taken & ~ndimage.binary_erosion(taken, border_value=1)
+        rim = taken & ~ndimage.binary_erosion(taken, border_value=0)
         rows, columns = np.nonzero(rim)
         self._corners = np.column_stack(
             (origin_x + columns * resolution, origin_y + rows * resolution)
@@ -70,8 +70,7 @@ class Obstacles:
             The distance, or ``REACH`` where nothing is nearer.
         """
         placements = placements_along(path[:, :2], start.yaw, goal.yaw)
-        column, row = np.floor((placements[0, :2] - self._origin) / self._resolution).astype(int)
-        if self._taken[row, column]:
+        if self._is_taken(placements[0, :2]):
             return 0.0
         squares = self._near(placements[:, :2], float(np.hypot(*footprint.T).max()))
         if not len(squares):
@@ -88,6 +87,13 @@ class Obstacles:
             )
             least = min(least, float(distances.min(initial=REACH)))
         return least
+
+    def _is_taken(self, point: FloatArray) -> bool:
+        """Whether a point (2,) [m] lies in a cell that is taken; beyond the map there is none."""
+        column, row = np.floor((point - self._origin) / self._resolution).astype(int)
+        height, width = self._taken.shape
+        inside = 0 <= row < height and 0 <= column < width
+        return inside and bool(self._taken[row, column])
 
     def _near(self, points: FloatArray, radius: float) -> np.ndarray:
         """Squares that may be within ``REACH`` of a body on its way along points (N, 2).

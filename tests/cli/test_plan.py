@@ -322,6 +322,16 @@ def test_clearance_of_a_straight_drive_and_of_a_turn() -> None:
     assert squares_with().clearance(line, Pose2D(), Pose2D(), BODY) == REACH
 
 
+@pytest.mark.parametrize("x", [-6.0, 6.0])
+def test_a_path_beyond_the_map_keeps_its_distance_from_the_map(x: float) -> None:
+    """As one within a global costmap that moves with the robot."""
+    full = Obstacles(np.ones((200, 200), dtype=np.bool_), 0.05, -5.0, -5.0)
+    line = np.array(((x, -2.0), (x, 2.0)))
+    ahead = math.pi / 2
+    found = full.clearance(line, Pose2D(yaw=ahead), Pose2D(yaw=ahead), BODY)
+    assert found == pytest.approx(1.0 - BODY[:, 1].max())
+
+
 def test_clearance_is_the_same_however_far_apart_the_points_of_a_path_are() -> None:
     taken = np.zeros((100, 600), dtype=np.bool_)
     taken[60, 300] = True  # 1 m beside the middle of a drive of 58 m
