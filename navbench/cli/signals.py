@@ -9,21 +9,23 @@ from typing import Any
 
 _AGAIN = 0.2  # [s] until a library that swallowed an interrupt is left
 _told: list[int] = []  # signals by which this program was told to stop
+_hooks: list[Callable[[Any], Any]] = []  # that hear of what is lost otherwise
 
 
 def stop_like_ctrl_c() -> None:
     """Have SIGTERM and SIGHUP raise KeyboardInterrupt, unless they were ignored at the start.
 
-    All three are noted: what a library makes of an interrupt may be another error, or nothing.
+    They and Ctrl-C are noted: a library may make another error of an interrupt, or nothing.
     """
     _told.clear()
     for name in ("SIGTERM", "SIGHUP", "SIGINT"):
         number = getattr(signal, name, None)
-        # nohup's wish stands
-        usual = (signal.SIG_DFL, signal.default_int_handler)
+        usual = (signal.SIG_DFL, signal.default_int_handler)  # nohup's wish stands
         if number is not None and signal.getsignal(number) in usual:
             signal.signal(number, _interrupt)
-    sys.unraisablehook = _pass_on
+    if sys.unraisablehook is not _pass_on:
+        _hooks[:] = [sys.unraisablehook]
+        sys.unraisablehook = _pass_on
 
 
 def was_told_to_stop() -> bool:
@@ -55,7 +57,8 @@ def _pass_on(lost: Any) -> None:
         again.daemon = True
         again.start()
         return
-    sys.__unraisablehook__(lost)
+    for hook in _hooks:
+        hook(lost)
 
 
 def _repeat() -> None:
