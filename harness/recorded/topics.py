@@ -131,8 +131,9 @@ class Topics:
         if len(names) == 1:
             return names[0]
         for ending in usual:
-            if ending in names:
-                return ending
+            same = [name for name in names if f"/{name.lstrip('/')}" == ending]
+            if same:
+                return same[0]
             candidates = [name for name in names if name.endswith(ending)]
             if len(candidates) == 1:
                 return candidates[0]

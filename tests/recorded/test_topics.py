@@ -20,6 +20,7 @@ def test_the_only_topic_of_a_type_is_taken_whatever_its_name():
 def test_of_several_the_usual_name_is_taken_also_in_a_namespace():
     assert topics(__imu__data=IMU, __imu__data_raw=IMU).find(IMU, None) == "/imu/data"
     assert topics(__r1__scan=SCAN, __r1__scan_filtered=SCAN).find(SCAN, None) == "/r1/scan"
+    assert topics(odom=ODOMETRY, odom_filtered=ODOMETRY).find(ODOMETRY, None) == "odom"
     with pytest.raises(
         InputError,
         match="several topics .*: /left/scan, /right/scan; choose one with --remap /scan:=",
