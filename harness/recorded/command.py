@@ -11,11 +11,18 @@ from rich.console import Console
 
 from harness.recorded.bag import Bag, files_read
 from harness.recorded.bag_file import DamageError
-from harness.recorded.mountings import Mountings, frame_name
+from harness.recorded.mountings import Mountings
 from harness.recorded.receiver import Receiver
 from harness.recorded.replay import Replay
 from harness.recorded.ros_messages import FIX, ODOMETRY, TYPES
-from harness.recorded.sources import MESSAGES, Choice, choose, odometry_frame, read_transforms
+from harness.recorded.sources import (
+    MESSAGES,
+    Choice,
+    choose,
+    note_of_edge,
+    odometry_frame,
+    read_transforms,
+)
 from harness.recorded.start import local_frame, start_belief, static_map
 from harness.recorded.topics import Topics
 from harness.recorded.trajectory import (
@@ -167,9 +174,7 @@ def localize(request: Request, show: Show) -> Localized:
 def _note_odometry(choice: Choice) -> None:
     """Say where odometry or its velocities are from, unless a message has both."""
     if choice.edge is not None:
-        frames = " -> ".join(map(frame_name, choice.edge))
-        topic = choice.topics[ODOMETRY]
-        _note(f"there is no topic of odometry: it is taken from {frames} in {topic}")
+        _note(note_of_edge(choice.topics[ODOMETRY], choice.edge))
     if not choice.has_twist:
         _note(f"{choice.topics[ODOMETRY]} tells no velocities: they are taken from its poses")
 

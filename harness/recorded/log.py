@@ -15,6 +15,7 @@ from harness.recorded.clock import Clock
 from harness.recorded.drive_log import DriveLog, Pauses, are_jumps
 from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
 from harness.recorded.mountings import Mountings
+from harness.recorded.moving_frame import Edge
 from harness.recorded.receiver import Receiver
 from harness.recorded.ros_messages import (
     COMMAND_TYPES,
@@ -27,7 +28,7 @@ from harness.recorded.ros_messages import (
     TYPES,
     first_messages,
 )
-from harness.recorded.sources import read_transforms
+from harness.recorded.sources import moving_frame, note_of_edge, read_transforms
 from harness.recorded.topics import Topics
 from navstack.types import FloatArray, LaserScan
 
@@ -70,10 +71,14 @@ def read_log(
         mountings.give(text)
     with Bag(request.bags, LOG_TYPES) as bag:
         topics = Topics(bag.topics, bag.counts(), request.remap)
-        chosen = _choose(bag, topics)
+        chosen, edge = _choose(bag, topics)
         read_transforms(bag, topics, mountings)
-        frame = _one_frame(bag, chosen[ODOMETRY])
-        receiver = Receiver(mountings, request.base_frame, frame, None, 0.0, say)
+        if edge is None:
+            frame = _one_frame(bag, chosen[ODOMETRY])
+        else:
+            frame = edge[1]
+            say(note_of_edge(chosen[ODOMETRY], edge))
+        receiver = Receiver(mountings, request.base_frame, frame, None, 0.0, say, edge)
         rows = _read(bag, chosen, receiver, say, update)
         has_mounting = SCAN in chosen and _is_mounted(bag, chosen[SCAN], receiver)
         damage = bag.damage
@@ -82,14 +87,21 @@ def read_log(
     return _assemble(rows, chosen, has_mounting, request, say)
 
 
-def _choose(bag: Bag, topics: Topics) -> dict[str, str]:
-    """The topics to read by kind."""
+def _choose(bag: Bag, topics: Topics) -> tuple[dict[str, str], Edge | None]:
+    """The topics to read by kind, and between which frames transforms tell the odometry.
+
+    Raises:
+        BagError: nothing does.
+    """
     counts = bag.counts()
     chosen = {}
     for kind in (TWIST, ODOMETRY, IMU, FIX, SCAN, POSE_COVARIANCE):
         name = topics.find(kind, None)
         if name is not None and counts[name] > 0:
             chosen[kind] = name
+    if ODOMETRY not in chosen and (moving := moving_frame(bag, topics)) is not None:
+        chosen[ODOMETRY] = moving[0]
+        return chosen, moving[1]
     if ODOMETRY not in chosen:
         where = "the bag"
         if bag.damage:
@@ -99,7 +111,7 @@ def _choose(bag: Bag, topics: Topics) -> dict[str, str]:
             f"{where} has no message of nav_msgs/msg/Odometry, which everything is measured "
             f"with; record /odom as well. It has: {', '.join(listed) or 'no topic'}"
         )
-    return chosen
+    return chosen, None
 
 
 def _one_frame(bag: Bag, topic: str) -> str | None:
@@ -136,7 +148,7 @@ def _read(
     rows = LogRows()
     offset = _offset(bag, chosen, receiver)
     clock = Clock(offset)
-    kinds = {name: kind for kind, name in chosen.items()}
+    kinds = {name: _read_as(bag, kind, name) for kind, name in chosen.items()}
     kinds |= _switches(bag)
     counts = bag.counts()
     total = sum(counts[name] for name in kinds)
@@ -153,6 +165,13 @@ def _read(
         say("the inertial unit is left out, until its mounting is given")
         rows.forget(IMU)
     return rows
+
+
+def _read_as(bag: Bag, kind: str, name: str) -> str:
+    """The type as which a topic that is chosen for a kind is read: transforms as what they are."""
+    if kind == ODOMETRY:
+        return bag.topics[name]
+    return kind
 
 
 def _switches(bag: Bag) -> dict[str, str]:
@@ -176,7 +195,7 @@ def _offset(bag: Bag, chosen: dict[str, str], receiver: Receiver) -> float:
             continue
         known = []
         for message, decoded in first_messages(bag, name, _FIRST):
-            stamp = receiver.stamp_of(kind, decoded)
+            stamp = receiver.stamp_of(_read_as(bag, kind, name), decoded)
             if stamp:
                 known.append(stamp - message.arrival)
         if known:

@@ -9,7 +9,7 @@ from harness.recorded.bag import Message
 from harness.recorded.clock import STILL_AFTER, Clock
 from harness.recorded.messages import pose_of, stamp_of
 from harness.recorded.receiver import Receiver
-from harness.recorded.ros_messages import POSE_COVARIANCE, TWIST, decode
+from harness.recorded.ros_messages import ODOMETRY, POSE_COVARIANCE, TWIST, decode
 from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D
 
 SWITCH, JOYSTICK = "std_msgs/msg/Bool", "sensor_msgs/msg/Joy"
@@ -78,6 +78,8 @@ def _take_measured(
     measured = receiver.convert(kind, decoded, stamp, _NOTHING)
     if measured is None:
         return
+    if isinstance(measured, Odometry):
+        kind = ODOMETRY  # transforms may tell it, too
     rows.delays.setdefault(kind, []).append(arrival - stamp)
     match measured:
         case Odometry():

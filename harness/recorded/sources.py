@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError
 from harness.recorded.messages import pose_of
-from harness.recorded.mountings import Mountings
+from harness.recorded.mountings import Mountings, frame_name
 from harness.recorded.moving_frame import Edge, odometry_edge
 from harness.recorded.ros_messages import (
     FIX,
@@ -77,7 +77,7 @@ def choose(
         name = topics.find(kind, reference)
         if name is not None and counts[name] > 0:
             chosen[kind] = name
-        elif kind == ODOMETRY and (moving := _moving_frame(bag, topics)) is not None:
+        elif kind == ODOMETRY and (moving := moving_frame(bag, topics)) is not None:
             chosen[kind], edge = moving
         elif kind in needed:
             raise _missing(localizer, bag, kind, name)
@@ -92,7 +92,7 @@ def choose(
     return choice
 
 
-def _moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
+def moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
     """A topic of transforms that has odometry, and between which frames."""
     for name in (name for name, is_static in topics.transforms() if not is_static):
         for _, message in first_messages(bag, name, MOST_TRANSFORMS):
@@ -115,6 +115,12 @@ def _tells_twist(bag: Bag, topic: str) -> bool:
         if math.dist(place[:2], first[:2]) > _MOVED or abs(turned) > _TURNED:
             return False
     return True
+
+
+def note_of_edge(topic: str, edge: Edge) -> str:
+    """What is to be said of odometry that a topic of transforms tells."""
+    frames = " -> ".join(map(frame_name, edge))
+    return f"there is no topic of odometry: it is taken from {frames} in {topic}"
 
 
 def odometry_frame(bag: Bag, choice: Choice) -> str | None:

@@ -123,7 +123,7 @@ class Topics:
             return name
         names = sorted(name for name, its in self._types.items() if its in kinds)
         if kind == POSE_COVARIANCE:
-            names = [name for name in names if not name.endswith(STARTS)]
+            names = [name for name in names if not f"/{name}".endswith(STARTS)]
         names = [name for name in names if self._counts[name] > 0] or names[:1]
         names = [name for name in names if name != apart_from] or names
         if not names:

@@ -16,7 +16,7 @@ from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.types import Pose2D
 
-from ..writing import START, Entry, imu, odometry, scan
+from ..writing import START, Entry, imu, odometry, scan, transforms
 from . import drives, missions
 
 DAY = 86_400.0  # [s]
@@ -106,6 +106,26 @@ def test_a_drive_is_not_compared_with_itself(
         main(["cost-log", bag, "--against", bag, "--robot", "segway_e1", "--map", "sidewalk"])
     assert leaving.value.code == 1
     assert f"bag '{bag}' is given twice; give each once" in capsys.readouterr().err
+
+
+def test_odometry_may_stand_in_transforms_alone(tmp_path: Path) -> None:
+    """A metre a second, the laser 0.3 m ahead among the transforms."""
+    moved = [
+        transforms(
+            START + t,
+            ("odom", "base_link", (t, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
+            ("base_link", "laser", (0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
+            topic="/tf",
+        )
+        for t in np.arange(0.0, 10.01, 0.05).tolist()
+    ]
+    bag = drives.write_mcap(tmp_path / "drive.mcap", moved)
+    told: list[str] = []
+    log = read_log(LogRequest((bag,)), told.append)
+    assert told == ["there is no topic of odometry: it is taken from odom -> base_link in /tf"]
+    assert log.steps.sum() == pytest.approx(9.95), "the first pose has no velocity"
+    assert log.speeds == pytest.approx(1.0, abs=1e-4) and log.yaw_rates == pytest.approx(0.0)
+    assert log.topics["nav_msgs/msg/Odometry"] == "/tf"
 
 
 @pytest.mark.parametrize("is_told", [False, True])
