@@ -199,13 +199,13 @@ def _check(metadata: MapMetadata, path: Path) -> None:
 
 
 def _check_thresholds(metadata: MapMetadata, path: Path) -> None:
-    """Both are shares; only ``scale`` needs room between them."""
-    thresholds = metadata.free_thresh, metadata.occupied_thresh
-    given = f"map {path}: free_thresh {thresholds[0]} and occupied_thresh {thresholds[1]}"
-    if not all(0.0 <= each <= 1.0 for each in thresholds):
-        raise MapError(f"{given}: each must be from 0 to 1")
-    if metadata.mode == "scale" and not thresholds[0] < thresholds[1]:
-        raise MapError(f"{given}: in mode scale the first must be less than the second")
+    """Both are shares in their order; only ``scale`` needs room between them."""
+    free, occupied = metadata.free_thresh, metadata.occupied_thresh
+    given = f"map {path}: free_thresh {free} and occupied_thresh {occupied}"
+    if not 0.0 <= free <= occupied <= 1.0:
+        raise MapError(f"{given} must satisfy 0 <= free_thresh <= occupied_thresh <= 1")
+    if metadata.mode == "scale" and free == occupied:
+        raise MapError(f"{given} must differ in mode scale")
 
 
 def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:
