@@ -74,7 +74,7 @@ def _renumbered(first: Sample, second: Sample) -> tuple[Sample, Sample]:
     """The same with missions numbered in the order in which both together have them."""
     together = np.concatenate((first.missions, second.missions))
     _, places, numbers = np.unique(together, return_index=True, return_inverse=True)
-    found = places.argsort().argsort()[numbers]
+    found = places.argsort(kind="stable").argsort(kind="stable")[numbers]
     own, other = np.split(found, [first.values.size])
     return replace(first, missions=own), replace(second, missions=other)
 
