@@ -13,9 +13,14 @@ from harness.report.street.losses import draw_losses
 from harness.report.street.picture import draw_district
 from harness.report.street.screen import street_page
 from harness.statistics.interval import wilson_interval
-from harness.storage.files import arriving_together, require_folder, write_text
+from harness.storage.files import (
+    arriving_together,
+    require_folder,
+    require_no_input,
+    write_text,
+)
 from harness.storage.rows import values
-from harness.storage.shipped import ROUTE_GRAPH, is_district
+from harness.storage.shipped import ROUTE_GRAPH, district_files, is_district
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
@@ -182,7 +187,8 @@ def street_losses(run: Run, picture: Path) -> Row:
         What ``navbench map losses --json`` prints: squares by loss, the dearest first.
 
     Raises:
-        InputError: the run has several stacks, is not on a district, or did not simulate the cargo.
+        InputError: the run has several stacks, is not on a district, or did not simulate the cargo,
+            or the picture is a file of the district.
         MapError: the district's graph cannot be read.
     """
     stored, folder = run.stored, Path(run.stored.about["map_name"])
@@ -192,6 +198,7 @@ def street_losses(run: Run, picture: Path) -> Row:
         raise InputError(f"{run.folder} was not driven on a folder of navbench map osm")
     if not is_district(str(folder)):
         raise InputError(f"{run.folder}: its district {folder} is not here; put it there again")
+    require_no_input("picture", picture, district_files(folder))
     prices = stored.prices()
     stack = repriced(stored.stacks[0], stored.events, prices)
     if not stack.rows or Outcome.ARRIVED.value in values(stack.rows, "outcome"):

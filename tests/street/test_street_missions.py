@@ -175,6 +175,9 @@ def test_from_an_extract_to_profit_per_day(
     lost = json.loads(capsys.readouterr().out)
     assert picture.stat().st_size > 10_000 and lost["missions"] == 2
     assert lost["driven_km"] == pytest.approx(2.0 * way, rel=0.25)
+    overview = next(streets.glob("*_picture.png"))
+    assert status("map", "losses", out, "--out", str(overview)) == 1
+    assert "is a file that is read" in capsys.readouterr().err
     day = ["--robots", "3", "--operators", "1", "--set", "orders_per_day=30", "--days", "2"]
     assert status("day", "--legs", out, *day, "--out", str(tmp_path / "day"), "--json") == 0
     stack = json.loads(capsys.readouterr().out)
