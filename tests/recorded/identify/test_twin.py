@@ -67,13 +67,16 @@ def test_the_robots_own_file_drives_as_it_did(
 
 def test_another_robot_does_not(
     folder: Path,
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("navbench.api.cost_log.DRIVES", 2)
     monkeypatch.setattr("navbench.api.progress.LINE_PERIOD", 0.01)
+    other = tmp_path / "other.mcap"
+    other.write_bytes((folder / "drive.mcap").read_bytes())
     with pytest.raises(SystemExit) as leaving:
-        main([*words(folder, DEFAULT), "--against", str(folder / "drive.mcap")])
+        main([*words(folder, DEFAULT), "--against", str(other)])
     assert leaving.value.code == 0
     screen, progress = capsys.readouterr()
     assert f"2 times in the world by '{NAV2}'" in progress and "1 of 2 drives" in progress
