@@ -35,6 +35,7 @@ from harness.report.explain_figure import FORMATS, draw_seconds
 from harness.report.page.recording_code import load_recording
 from harness.report.tables import print_blocks, report_console
 from harness.storage.files import require_writable, write_text, writing
+from harness.storage.parameters import parameter_folder
 from harness.study.stored_run import StoredRun
 from harness.world.outcome import Rules
 from navbench.api.progress import say
@@ -112,7 +113,7 @@ def explain(
         )
     if not is_told:
         return None
-    rules = load_dataclass(Rules, stored.folder / "params" / "rules.yaml")
+    rules = load_dataclass(Rules, parameter_folder(stored.folder) / "rules.yaml")
     told_leg = None
     if stored.has_legs:
         say(f"mission {episode} of {stored.stacks[0].name} is driven again")

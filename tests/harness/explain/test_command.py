@@ -1,6 +1,7 @@
 """The command: tables, figures, JSON, and what it refuses."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,8 @@ from harness.world.map.scene_io import load_scene
 from navbench.cli.app import main
 
 from .made_up import contact
+
+ROOT = Path(__file__).parents[3]
 
 
 def explain(*arguments):
@@ -55,6 +58,14 @@ def test_the_command_tells_and_draws_a_recorded_delivery(folder, tmp_path, capsy
         pytest.approx(7.5, abs=0.6),
     )
     assert first["track_error_m"] is None
+
+
+@pytest.mark.slow
+def test_a_delivery_of_a_packed_run_is_driven_again(capsys):
+    """Its parameter files are packed into one."""
+    packed = ROOT / "results" / "baseline" / "urban" / "sidewalk_1"
+    assert explain(f"{packed}:mpc-gps-ekf", "273") == 0
+    assert "person 18 hit it with 100 N s" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_map_that_has_changed_is_not_drawn_behind_a_figure(folder, tmp_path, capsys, monkeypatch):
