@@ -113,10 +113,11 @@ def _told(
 ) -> list[Evidence]:
     """Each leg as a delivery; the one that decided how the mission ended has its outcome.
 
-    The cargo is that of the mission.
+    The cargo is that of the mission; on the way back nothing was lost before.
     """
     found: list[Evidence] = []
     lost = 0
+    legs = legs_of(task)
     ending = ending_leg(mission, driven, rules)
     for number, (leg, own) in enumerate(zip(driven, weighed, strict=True)):
         delivery = leg.delivery
@@ -134,8 +135,10 @@ def _told(
         events = [{**dict.fromkeys(EVENT_COLUMNS), **event} for event in delivery.events]
         events.sort(key=lambda event: event["stamp_s"])
         evidence = evidence_of(run, row, events, delivery.recording, decisions, own, DRIVEN_AGAIN)
-        scene, cargo = legs_of(task)[number].scene(), evidence.pieces_lost + lost
-        found.append(dataclasses.replace(evidence, pieces_lost=cargo, scene=scene))
+        if legs[number].is_back:
+            lost = 0
+        cargo = evidence.pieces_lost + lost
+        found.append(dataclasses.replace(evidence, pieces_lost=cargo, scene=legs[number].scene()))
         lost += delivery.row["pieces_lost"] or 0
     return found
 
