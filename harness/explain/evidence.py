@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from harness.episode.episode import run_episode
+from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import Watched, Weighed
 from harness.metrics.columns import Row
@@ -172,14 +172,20 @@ def drive_again(run: StoredRun, episode: int) -> Evidence:
 
     delivery = run_episode(task, make)
     check_same(stored, delivery.row, run.folder, episode)
-    assert delivery.recording is not None and delivery.decisions is not None
-    columns, rows = delivery.decisions
-    decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
+    assert delivery.recording is not None
     weighed = {}
     if watched:
         weighed = watched[0].weighed
     recording, events = delivery.recording, events_of(run, episode)
+    decisions = decisions_of(delivery)
     return evidence_of(run, stored, events, recording, decisions, weighed, DRIVEN_AGAIN)
+
+
+def decisions_of(delivery: Delivery) -> tuple[Row, ...]:
+    """The decisions of a delivery that recorded them, each with all columns."""
+    assert delivery.decisions is not None
+    columns, rows = delivery.decisions
+    return tuple({**dict.fromkeys(columns), **row} for row in rows)
 
 
 def record_again(run: StoredRun, episode: int, folder: Path, keep_decisions: bool = True) -> Path:

@@ -14,6 +14,7 @@ from harness.explain.evidence import (
     DRIVEN_AGAIN,
     Evidence,
     check_same,
+    decisions_of,
     delivery_row,
     evidence_of,
     task_of,
@@ -23,7 +24,7 @@ from harness.metrics.columns import EVENT_COLUMNS, Row
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask
-from harness.world.outcome import ARRIVALS, Outcome, Rules
+from harness.world.outcome import Outcome, Rules
 from harness.world.world import World
 from navstack.errors import InputError
 from navstack.navigator import Navigator
@@ -121,9 +122,8 @@ def _told(
     ending = ending_leg(mission, driven, rules)
     for number, (leg, own) in enumerate(zip(driven, weighed, strict=True)):
         delivery = leg.delivery
-        assert delivery.recording is not None and delivery.decisions is not None
-        columns, rows = delivery.decisions
-        decisions = tuple({**dict.fromkeys(columns), **row} for row in rows)
+        assert delivery.recording is not None
+        decisions = decisions_of(delivery)
         row = delivery.row | {
             "pieces_at_start": mission["pieces_at_start"],
             "shortest_path_m": mission["shortest_path_m"],
@@ -149,7 +149,4 @@ def ending_leg(mission: Row, driven: Sequence[DrivenLeg], rules: Rules) -> int:
         lost = np.cumsum([leg.row["pieces_lost"] for leg in driven])
         allowed = rules.spoiled_fraction * mission["pieces_at_start"]
         return int(np.argmax(lost > allowed))
-    failed = [place for place, leg in enumerate(driven) if not leg.has_arrived]
-    if Outcome(mission["outcome"]) in ARRIVALS or not failed:
-        return len(driven) - 1
-    return failed[0]
+    return len(driven) - 1  # nobody drives on from a leg that failed

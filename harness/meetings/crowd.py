@@ -38,10 +38,6 @@ class Record:
         """The moment at which those of a moment began."""
         return moment // self.span * self.span
 
-    def since(self, beginning: int) -> "Record":
-        """What they did from a beginning on, for those who look only."""
-        return Record(self.states[beginning:], anew=self.anew)
-
     def walkers_at(self, moment: float) -> PedestrianModel:
         """People who go on by themselves from a moment, in steps from the beginning."""
         number = int(moment)

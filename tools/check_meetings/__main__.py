@@ -127,10 +127,15 @@ def passed(record: Record, way: Way, passings: Passings, last: int) -> tuple[flo
     misses = [
         STRATA[each.stratum][0]
         for beginning in beginnings
-        for each in met_on_the_way(record.since(beginning), way, passings)
+        for each in met_on_the_way(_since(beginning, record), way, passings)
         if 0 < each.point < last
     ]
     return tuple(sum(miss <= end for miss in misses) / len(beginnings) for end in WITHIN)
+
+
+def _since(beginning: int, record: Record) -> Record:
+    """What people did from a beginning on."""
+    return Record(record.states[beginning:], anew=record.anew)
 
 
 def expected(pool: Pool, passings: Passings) -> tuple[float, ...]:
