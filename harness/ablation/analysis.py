@@ -10,6 +10,7 @@ from harness.ablation.arms import KINDS, injected_kind, injected_level, is_build
 from harness.analysis.audited import audit_sides
 from harness.analysis.compare import compare
 from harness.analysis.pairing import have_common_missions
+from harness.analysis.rare import margin_with_unseen
 from harness.analysis.side import Side
 from harness.audit.auditor import Audit
 from harness.economics.break_even import break_even_runs
@@ -69,9 +70,10 @@ class Arm:
     result: StackResult
     errors: dict[str, Interval]  # by key of ERRORS
     margin: Interval  # [USD/run]
+    unseen: Interval | None  # the same, admitting an unseen loss; None: it is undefined
     # [USD] with the sensors that it needs; None: it cannot be built, or nothing is known
     capex_usd: float | None
-    break_even: Interval  # [run]; None as the upper end: never
+    break_even: Interval  # [run] over that of ``unseen``; None as the upper end: never
 
     @property
     def name(self) -> str:
@@ -132,9 +134,9 @@ def analyse(
         prices: at which they were priced.
         episodes: deliveries asked for per arm.
     """
-    rows = {stored.name: stored.rows for stored in run.stacks}
     sides = {stored.name: Side(run, stored) for stored in run.stacks}
-    arms = tuple(_arm(result, rows[result.stack.name], run.seed) for result in results)
+    rows = {name: side.stack.rows for name, side in sides.items()}
+    arms = tuple(_arm(result, sides[result.stack.name]) for result in results)
     return Ablation(
         declaration,
         episodes,
@@ -146,13 +148,13 @@ def analyse(
     )
 
 
-def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
-    valuation = result.valuation
-    margin = result.intervals.get(MARGIN, NO_INTERVAL)
+def _arm(result: StackResult, side: Side) -> Arm:
+    valuation, rows, seed = result.valuation, side.stack.rows, side.run.seed
+    unseen = margin_with_unseen(side.run, side.stack)
     capex, break_even = None, NO_INTERVAL
     if valuation is not None and is_buildable(result.stack):
         capex = valuation.economics.capex_usd
-        break_even = break_even_interval(capex, margin)
+        break_even = break_even_interval(capex, unseen or NO_INTERVAL)
     return Arm(
         stack=result.stack,
         result=result,
@@ -160,7 +162,8 @@ def _arm(result: StackResult, rows: Sequence[Row], seed: int) -> Arm:
             key: _quantile(rows, column, level, factor, seed)
             for key, column, level, factor in ERRORS
         },
-        margin=margin,
+        margin=result.intervals.get(MARGIN, NO_INTERVAL),
+        unseen=unseen,
         capex_usd=capex,
         break_even=break_even,
     )

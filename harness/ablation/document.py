@@ -48,6 +48,7 @@ def _arm(arm: Arm, prices: Prices) -> Row:
         "outcomes": {name: interval_json(intervals.get(name)) for name in OUTCOMES},
         **{key: error.as_json() for key, error in arm.errors.items()},
         "contribution_margin_usd": arm.margin.as_json(),
+        "margin_with_unseen": interval_json(arm.unseen),
         "sensors": list(stack.carries),
         "is_buildable": is_buildable(stack),
         "capex_usd": arm.capex_usd,

@@ -12,7 +12,7 @@ from harness.economics.unseen import (
     margin_admitting_unseen,
     reach_of_loss,
 )
-from harness.economics.valuation import margins, missions
+from harness.economics.valuation import has_too_few, margins, missions
 from harness.statistics.bootstrap import IntArray
 from harness.statistics.interval import Interval
 from harness.statistics.unseen import Reach
@@ -41,10 +41,10 @@ def reach_of(run: StoredRun, prices: Prices | None = None, accounting: str = PUB
 def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:
     """The mean margin of a stack [USD/run].
 
-    None: the cargo was not simulated, or it has driven nothing.
+    None: it is undefined, as the cargo was not simulated, or too many deliveries have no result.
     """
     margin = None
-    if stack.rows:
+    if stack.rows and not has_too_few(len(stack.rows), stack.errors):
         margin = margins(stack.rows, run.prices())
     if margin is None:
         return None

@@ -1,32 +1,17 @@
-"""What ``navbench ablate`` found, and its figure.
-
-What each arm knew of its position and what it earned.
-"""
+"""What ``navbench ablate`` found: what each arm knew of its position and what it earned."""
 
 import math
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.ablation.analysis import (
-    Ablation,
-    Arm,
-    ArmDifference,
-    ErrorPrice,
-    break_even_interval,
-    points,
-    wrong_maps,
-)
-from harness.ablation.arms import KINDS, injected_kind, is_buildable
-from harness.analysis.rare import margin_with_unseen
+from harness.ablation.analysis import Ablation, Arm, ArmDifference, ErrorPrice, wrong_maps
+from harness.ablation.arms import KINDS, is_buildable
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import margins
 from harness.report.audit import audit_sentence
 from harness.report.blocks import Block, Chart, Table, Text, declared, notes_of
-from harness.report.figures import error_bars, save_figure
 from harness.report.numbers import (
     UNDEFINED,
     all_of,
@@ -36,17 +21,12 @@ from harness.report.numbers import (
     interval_text,
     number_text,
     p_text,
-    range_text,
 )
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
 from harness.report.verdict import DOUBT, going_on, repeated, undecided
-from harness.statistics.interval import Interval, wider
+from harness.statistics.interval import wider
 from harness.storage.texts import quoted
-from navstack.types import FloatArray
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 METRICS = {
     MARGIN: "margin [USD/run]",
@@ -54,19 +34,7 @@ METRICS = {
     "avg_localization_error_median_m": "localization error [m]",
 }
 NOT_BUILDABLE = "not buildable"
-# heights: at least, of a label, of what is about the labels
-LEAST_INCH, LABEL_INCH, FRAME_INCH = 3.0, 0.19, 0.8
-# after Okabe and Ito 2008
-LOCALIZERS = ("#222222", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d31", "#7f7f7f")
-# marker and colour map by kind of injected error
-SHADES = {"position": ("s", "Reds"), "heading": ("^", "Blues")}
-LIGHTEST, DARKEST = 0.4, 0.95  # of a colour map
-FREE = 0.1  # share of the height that is free above and below
-LEAST_RANGE = 0.2  # [USD/run] that the height shows
-WIDE = 20.0  # ratio of errors from which the axis is logarithmic
-DODGE = 4.0  # [pt] between arms without any error of position, which would hide each other
 MORE = 4  # times as many missions, where those driven tell nothing
-Point = tuple[Arm, Interval, Interval]  # with its error [m] and margin [USD/run]
 
 
 def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -> list[Block]:
@@ -112,46 +80,30 @@ def _outcomes(ablation: Ablation) -> Table:
 
 def _money(ablation: Ablation) -> Table:
     rows = []
-    admitting = margins_with_unseen(ablation)
     for arm in ablation.arms:
-        sensors, *investment = investment_of(arm, admitting[arm.name])
+        sensors, *investment = investment_of(arm)
         position = interval_text(arm.errors["localization_error_median_m"], 3)
         tail = number_text(arm.errors["localization_error_p95_m"].value)
         heading = number_text(arm.errors["heading_error_median_deg"].value)
-        margin = interval_text(admitting[arm.name], absent="undefined")
+        margin = interval_text(arm.unseen, absent="undefined")
         rows.append((arm.name, sensors, position, tail, heading, margin, *investment))
     return declared("ablation_money", rows)
 
 
-def margins_with_unseen(ablation: Ablation) -> dict[str, Interval | None]:
-    """The margin of each arm [USD/run], admitting an unseen loss; None: it is undefined."""
-    known = {arm.name for arm in ablation.arms if arm.margin.value is not None}
-    found: dict[str, Interval | None] = {arm.name: None for arm in ablation.arms}
-    for stack in ablation.run.stacks:
-        if stack.name in known:
-            found[stack.name] = margin_with_unseen(ablation.run, stack)
-    return found
-
-
-def investment_of(arm: Arm, margin: Interval | None) -> tuple[str, str, str]:
-    """Sensors, capital expenditure and break-even point in words.
-
-    Args:
-        arm: that is told of.
-        margin: as it is told beside them [USD/run]; None: it is undefined.
-    """
+def investment_of(arm: Arm) -> tuple[str, str, str]:
+    """Sensors, capital expenditure and break-even point in words."""
     if not is_buildable(arm.stack):
         return "none exists", NOT_BUILDABLE, UNDEFINED
     sensors = " + ".join(arm.stack.carries) or "none"
-    return sensors, count_text(arm.capex_usd), _break_even(arm.capex_usd, margin)
+    return sensors, count_text(arm.capex_usd), _break_even(arm)
 
 
-def _break_even(capex_usd: float | None, margin: Interval | None) -> str:
-    if capex_usd is None or margin is None or margin.value is None:
+def _break_even(arm: Arm) -> str:
+    if arm.capex_usd is None or arm.unseen is None:
         return UNDEFINED
-    runs = break_even_interval(capex_usd, margin)
+    runs = arm.break_even
     value = count_text(runs.value, "never")
-    if margin.low is None or runs.low is None:
+    if arm.unseen.low is None or runs.low is None:
         return value
     return f"{value} [{runs.low:,.0f}, {count_text(runs.high, 'never')}]"
 
@@ -245,107 +197,3 @@ def _wrong_maps(ablation: Ablation) -> list[str]:
     pairs = wrong_maps([arm.stack for arm in ablation.arms])
     found = [each for each in ablation.of(MARGIN) if (each.arm, each.against) in pairs]
     return [f"what the wrong map costs: {sentence(each)}" for each in found]
-
-
-def label(arm: Arm) -> str:
-    """An arm's name in a figure, with the unit of its error."""
-    kind = injected_kind(arm.stack)
-    if kind is None:
-        return arm.name
-    return f"{arm.name} {KINDS[kind].unit}"
-
-
-def draw_ablation(ablation: Ablation, folder: Path) -> list[Path]:
-    """Write the figure as PDF and PNG.
-
-    Returns their paths, none where no arm has both error and margin.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    shown = points(ablation)
-    if not shown:
-        return []
-    height = max(LEAST_INCH, FRAME_INCH + LABEL_INCH * len(shown))
-    return save_figure(
-        folder / "ablation", height, partial(_draw, stack=ablation.declaration.stack, shown=shown)
-    )
-
-
-def _draw(axes: "Axes", stack: str, shown: Sequence[Point]) -> None:
-    from matplotlib.transforms import ScaledTranslation
-
-    _scale(axes, [error for _, error, _ in shown], [margin for _, _, margin in shown])
-    at_zero = 0
-    for (arm, error, margin), (marker, colour) in zip(
-        shown, _looks([arm for arm, _, _ in shown]), strict=True
-    ):
-        dodge = at_zero * DODGE / 72.0 if error.value == 0.0 else 0.0  # [inch]
-        at_zero += error.value == 0.0
-        axes.errorbar(
-            [error.value or 0.0],
-            [margin.value or 0.0],
-            xerr=error_bars([error]),
-            yerr=error_bars([margin]),
-            fmt=marker,
-            color=colour,
-            markersize=4.0,
-            linewidth=0.9,
-            label=label(arm),
-            transform=axes.transData + ScaledTranslation(dodge, 0.0, axes.figure.dpi_scale_trans),
-        )
-    axes.set_xlabel("localization error, median over the deliveries [m]")
-    axes.set_ylabel("contribution margin [USD/run]")
-    counts = range_text(arm.result.episodes for arm, _, _ in shown)
-    spans = ""
-    if any(each.low is not None for _, *both in shown for each in both):
-        spans = ", 95 % intervals"
-    axes.set_title(f"{stack}: n = {counts} deliveries each{spans}", loc="left", fontsize=8)
-    axes.figure.legend(loc="outside right upper", frameon=False, fontsize=7)
-
-
-def _scale(axes: "Axes", errors: Sequence[Interval], margins: Sequence[Interval]) -> None:
-    """Let the axes hold every interval.
-
-    Errors of very different sizes on a logarithmic axis, linear about zero.
-    """
-    values = np.array([error.value for error in errors], dtype=np.float64)
-    farthest, some = float(_bounds(errors).max()), values[values > 0.0]
-    if some.size and values.max() > WIDE * some.min():
-        linear = float(10.0 ** np.floor(np.log10(some.min())))
-        axes.set_xscale("symlog", linthresh=linear)
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.set_xlim(-0.3 * linear, 1.3 * farthest)
-    else:
-        axes.set_xlim(-0.05 * (farthest or 1.0), 1.05 * (farthest or 1.0))
-    money = _bounds(margins)
-    middle, half = 0.5 * (money.min() + money.max()), 0.5 * max(float(np.ptp(money)), LEAST_RANGE)
-    axes.set_ylim(middle - (1.0 + FREE) * half, middle + (1.0 + FREE) * half)
-
-
-def _bounds(intervals: Sequence[Interval]) -> FloatArray:
-    """All values and ends that there are."""
-    numbers = (
-        number
-        for each in intervals
-        for number in (each.low, each.value, each.high)
-        if number is not None
-    )
-    return np.array(list(numbers), dtype=np.float64)
-
-
-def _looks(arms: Sequence[Arm]) -> Iterator[tuple[str, object]]:
-    """Marker and colour of each arm: localizers in colours, injected errors in shades."""
-    from matplotlib import colormaps
-
-    kinds = [injected_kind(arm.stack) for arm in arms]
-    for number, kind in enumerate(kinds):
-        place = kinds[:number].count(kind)
-        if kind is None:
-            yield "o", LOCALIZERS[place % len(LOCALIZERS)]
-        else:
-            marker, colours = SHADES[kind]
-            yield (
-                marker,
-                colormaps[colours](np.linspace(DARKEST, LIGHTEST, kinds.count(kind))[-1 - place]),
-            )

@@ -19,7 +19,6 @@ from harness.economics.valuation import missions
 from harness.report.ablation import (
     deciding,
     investment_of,
-    margins_with_unseen,
     price_sentence,
     sentence,
 )
@@ -193,7 +192,7 @@ def known_within(ablation: Ablation) -> list[str]:
     within = ablation.declaration.within
     if within is None:
         return []
-    widths = {name: half_width(margin) for name, margin in margins_with_unseen(ablation).items()}
+    widths = {arm.name: half_width(arm.unseen) for arm in ablation.arms}
     wide = [
         f"{name} ({_half_width_text(width)})"
         for name, width in widths.items()
@@ -226,15 +225,14 @@ def short_ablation(ablation: Ablation, folder: Path) -> list[Block]:
     """
     lines = [ablation_setup(ablation, folder), *ablation_answer(ablation)]
     head = [BRACKETS, "Error [m]", "95th pct.", "Margin ($/delivery)", "n", "Sensors", "CAPEX ($)"]
-    margins = margins_with_unseen(ablation)
     rows = [
         (
             arm.name,
             number_text(arm.errors["localization_error_median_m"].value, 3),
             number_text(arm.errors["localization_error_p95_m"].value),
-            interval_text(margins[arm.name], absent="undefined"),
+            interval_text(arm.unseen, absent="undefined"),
             str(arm.result.episodes),
-            *investment_of(arm, margins[arm.name])[:2],
+            *investment_of(arm)[:2],
         )
         for arm in ablation.arms
     ]

@@ -66,7 +66,7 @@ def _with_unseen(standing: Standing) -> str:
     """The interval that admits an unseen loss."""
     assert standing.side is not None
     unseen = margin_with_unseen(standing.side.run, standing.side.stack)
-    if unseen is None or standing.interval(MARGIN).value is None:
+    if unseen is None:
         return ""
     return f" ({bounds_text(unseen)})"
 
