@@ -3,6 +3,7 @@
 import contextlib
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from harness.storage.files import write_text
 from harness.street.route_graph import RouteGraph, WayEdge
+from harness.world.map.shapes import Rect
 from navstack.costmap.occupancy_grid import FARTHEST
 from navstack.errors import MapError
 from navstack.files import check_regular
@@ -50,8 +52,12 @@ def save_graph(graph: RouteGraph, path: Path) -> None:
             features.append(_feature(properties, "MultiLineString", [line]))
             count += 1
     lines = ",\n".join(json.dumps(each, separators=(",", ":")) for each in features)
-    about = f'"type":"FeatureCollection","name":"graph","attribution":{json.dumps(graph.credit)}'
-    write_text(path, f'{{{about},"features":[\n{lines}\n]}}\n')
+    about: dict[str, Any] = {"type": "FeatureCollection", "name": "graph"}
+    about["attribution"] = graph.credit
+    if graph.box is not None:
+        about["bbox"] = [graph.box.x0, graph.box.y0, graph.box.x1, graph.box.y1]
+    head = json.dumps(about, separators=(",", ":")).removesuffix("}")
+    write_text(path, f'{head},"features":[\n{lines}\n]}}\n')
 
 
 def _feature(properties: dict[str, Any], kind: str, coordinates: Any) -> dict[str, Any]:
@@ -80,13 +86,13 @@ def load_graph(path: Path) -> RouteGraph:
     Raises:
         MapError: it cannot be read, or is no such graph.
     """
-    features, credit = _features(path)
+    content = _content(path)
     numbers: dict[int, int] = {}
     points: list[tuple[float, float]] = []
     at: dict[str, list[int]] = {kind: [] for kind in PLACES}
     edges: dict[tuple[int, int], WayEdge] = {}
     ways = []
-    for number, feature in enumerate(features):
+    for number, feature in enumerate(content["features"]):
         with _told_of(f"{path}: feature {number}"):
             if _mapping(_mapping(feature, "")["geometry"], "geometry")["type"] != "Point":
                 ways.append((number, feature))
@@ -108,13 +114,20 @@ def load_graph(path: Path) -> RouteGraph:
     if not any(points[a] != points[b] for a, b in edges):
         raise MapError(f"{path}: has no edge between two places; give a graph of streets")
     shops, homes = (np.array(at[kind], dtype=np.int64) for kind in PLACES)
-    return RouteGraph(
-        np.array(points), np.array(list(edges)), list(edges.values()), credit, shops, homes
+    graph = RouteGraph(
+        np.array(points),
+        np.array(list(edges)),
+        list(edges.values()),
+        str(content.get("attribution", "")),
+        shops,
+        homes,
     )
+    with _told_of(f"{path}: bbox"):
+        return replace(graph, box=_box(content.get("bbox"), graph))
 
 
-def _features(path: Path) -> tuple[list[Any], str]:
-    """The features of a file, and whose data they are."""
+def _content(path: Path) -> dict[str, Any]:
+    """What a file says; it has a list of features."""
     try:
         check_regular(path, _MOST_BYTES)
         content = json.loads(path.read_text(encoding="utf-8-sig"))
@@ -124,7 +137,17 @@ def _features(path: Path) -> tuple[list[Any], str]:
         raise MapError(f"{path}: is no JSON ({error}); {_EXPECTED}") from None
     if not isinstance(content, dict) or not isinstance(content.get("features"), list):
         raise MapError(f"{path}: has no list 'features'; {_EXPECTED}")
-    return content["features"], str(content.get("attribution", ""))
+    return content
+
+
+def _box(bounds: Any, graph: RouteGraph) -> Rect | None:
+    """The box that GeoJSON's ``bbox`` gives; one in other units than a graph's is none."""
+    if not isinstance(bounds, list) or len(bounds) != 4:
+        return None
+    low, high = _place(bounds[:2]), _place(bounds[2:])
+    if (graph.points < low).any() or (graph.points > high).any():
+        return None
+    return Rect(*low, *high)
 
 
 @contextlib.contextmanager

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from harness.street.alleys import alleys
 from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
@@ -78,6 +79,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
             "the box has no sidewalk, footway or area for people, and no street tagged "
             "sidewalk=both, left or right; choose another box"
         )
+    ways = [*(walk for walk in walks if walk.kind != "crossing"), *sides]
     walks += more_crossings(extract, streets, walks, sides)
     box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
     carriageways = _union([street.polygon for street in streets])
@@ -86,16 +88,19 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     drawn = _union([plazas, *level, shapely.difference(raised, carriageways)])
     buildings = _buildings(extract, box)
     barriers = _barriers(extract, box, drawn)
-    built = _union([shape for _, shape, _ in [*buildings, *barriers]])
-    built = shapely.union(built, _steps(extract))
+    solid = [shape for _, shape, _ in [*buildings, *barriers]]
+    built = _union(solid)
+    shared = alleys(streets, ways, solid)
     sides_ground = shapely.difference(_union([walk.polygon for walk in sides]), carriageways)
+    passed = shapely.union_all([*level, sides_ground, carriageways])
+    built = shapely.union(built, shapely.difference(_steps(extract), passed))
     tagged = _union([walk.polygon for walk in sides if walk.source == "tag"])
-    people = shapely.union(drawn, sides_ground)
+    people = _union([drawn, sides_ground, *(walk.polygon for walk in shared)])
     walkable = shapely.intersection(shapely.difference(people, built), box)
     closed = shapely.union(built, shapely.intersection(raised, carriageways))
     links = links_between(walkable, closed, carriageways)
     people = shapely.union_all([people, *(link.polygon for link in links)])
-    walks += sides + links
+    walks += sides + shared + links
     walkable = shapely.intersection(shapely.difference(people, built), box)
     mapped = shapely.union(drawn, shapely.intersection(sides_ground, tagged))
     walkable = _joined_or_mapped(_polygons(walkable).simplify(_SIMPLER), mapped)
@@ -144,7 +149,7 @@ def _is_green(area: MappedThing) -> bool:
 
 
 def _steps(extract: Extract) -> shapely.Geometry:
-    """Stairs: no wheel gets over them."""
+    """Stairs: no wheel gets over them. Mappers begin them in the middle of the way below."""
     half = 0.5 * RULES.walk_widths["steps"]
     stairs = [way.geometry for way in extract.lines if walk_kind(way.tags) == "steps"]
     return _union([line.buffer(half, cap_style="flat") for line in stairs])

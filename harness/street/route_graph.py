@@ -1,6 +1,6 @@
 """The graph of a district's ways, in the form of Nav2's route server."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from harness.street.district import District
 from harness.street.medial_axis import chains_of, medial_axis
 from harness.street.osm_file import CREDIT
+from harness.world.map.shapes import Rect
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, IntArray
 
@@ -19,6 +20,7 @@ CLEARANCE = 0.45  # [m] of the ways to what is not walkable: a sidewalk robot's 
 _SPUR = 3.0  # [m] shorter dead ends are left out
 _ISLAND = 15.0  # [m] ways of less total length that nothing joins are left out
 _TOLERANCE = 0.05  # [m] by which lines are straightened
+_AT_EDGE = 1.5  # [m] ways that end as near as this to the box's edge may go on beyond it
 _PLAZA = "pedestrian_area"
 
 
@@ -42,6 +44,7 @@ class RouteGraph:
     credit: str = ""  # whose data it is made of, as their licence asks to say
     shops: IntArray | None = None  # (N,) number at each point; None: not known
     homes: IntArray | None = None  # (N,)
+    box: Rect | None = None  # [m] that the ways were cut to; None: not known
 
     @cached_property
     def lengths(self) -> FloatArray:
@@ -66,6 +69,16 @@ class RouteGraph:
         """The connected part (N,) that each point belongs to."""
         labels: IntArray = connected_components(self.matrix, directed=False)[1]
         return labels
+
+    @cached_property
+    def goes_on(self) -> BoolArray:
+        """Whether the part (N,) of each point reaches the box's edge, and may go on beyond it."""
+        if self.box is None:
+            return np.zeros(len(self.points), dtype=np.bool_)
+        x, y = self.points.T
+        inner = self.box.grown(-_AT_EDGE)
+        ends = (x < inner.x0) | (x > inner.x1) | (y < inner.y0) | (y > inner.y1)
+        return np.isin(self.components, self.components[ends])
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -106,7 +119,7 @@ def build_graph(district: District) -> RouteGraph:
             continue
         has_signals = district.crossings[number][0].has_signals
         edges.append(WayEdge("crossing", width, number, has_signals))
-    graph = RouteGraph(np.round(points[used], 3), joined, edges)
+    graph = RouteGraph(np.round(points[used], 3), joined, edges, CREDIT, box=district.ground.box)
     return _without_islands(graph)
 
 
@@ -209,4 +222,4 @@ def _without_islands(graph: RouteGraph) -> RouteGraph:
     edges = [edge for edge, stays in zip(graph.edges, kept.tolist(), strict=True) if stays]
     if not edges:
         raise MapError(f"no way in the box is {_ISLAND:.0f} m long; choose another box")
-    return RouteGraph(graph.points[used], joined.reshape(-1, 2), edges, CREDIT)
+    return replace(graph, points=graph.points[used], pairs=joined.reshape(-1, 2), edges=edges)

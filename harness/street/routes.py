@@ -31,6 +31,7 @@ class RouteMission:
     start: int
     goal: int
     route: StreetRoute | None
+    beyond: int = 0  # pairs that were drawn before it, whose ways can meet beyond the box only
 
 
 def find_route(graph: RouteGraph, start: int, goal: int) -> StreetRoute | None:
@@ -100,7 +101,7 @@ def draw_mission(
     """Draw a start and a goal evenly along all ways, or a shop and a home.
 
     Pairs closer than ``low`` as the crow flies, or with a route that is longer than ``high``, are
-    drawn anew; those without a route are not.
+    drawn anew. So are pairs without a route whose ways both go on beyond the box, others not.
 
     Args:
         graph: the ways.
@@ -113,14 +114,17 @@ def draw_mission(
         InputError: hardly any pair is as far apart as that, or there is no shop or home.
     """
     draw_ends = _ends_by_places if is_by_places else _ends_along_ways
+    beyond = 0
     for _ in range(_MOST_DRAWS):
         start, goal = draw_ends(graph, rng)
         apart = float(np.hypot(*(graph.points[start] - graph.points[goal])))
         if not low <= apart <= high:
             continue
         route = find_route(graph, start, goal)
-        if route is None or route.length <= high:
-            return RouteMission(start, goal, route)
+        if route is None and graph.goes_on[start] and graph.goes_on[goal]:
+            beyond += 1
+        elif route is None or route.length <= high:
+            return RouteMission(start, goal, route, beyond)
     raise InputError(
         f"no two places with {low:.0f} to {high:.0f} m between them in {_MOST_DRAWS} draws; the "
         "box is too small for that"

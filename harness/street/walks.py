@@ -19,10 +19,11 @@ from harness.street.rules import (
 )
 
 # [m] of a side of a street that is filled in, or is not, as a whole
-_CHUNK = 20.0
+_PIECE = 20.0
 BESIDE = 6.0  # [m] a drawn way as near as this to a side of a street is its sidewalk
-_LEAST_CHUNK = 3.0  # [m]
+_LEAST_PIECE = 3.0  # [m]
 _SAMPLES = 5  # points of a chunk that are looked at
+_ALONG = 0.7  # [-] least advance of a way along a side to that of the side
 _ROUND = ("roundabout", "circular")  # junction=
 _RAISED = ("raised", "regular")  # kerb= of a step
 # crossing= of one with signals; the birds are those of British roads
@@ -143,7 +144,7 @@ def side_walks(
             found += [
                 Walk("sidewalk", chunk, width, source, tagged is not None)
                 for part in _open_parts(street.line)
-                for chunk in _chunks(shapely.offset_curve(part, offset, join_style="mitre"))
+                for chunk in pieces_of(shapely.offset_curve(part, offset, join_style="mitre"))
                 if not _is_drawn(chunk, tree)
             ]
     return found
@@ -165,11 +166,15 @@ def _open_parts(line: shapely.Geometry) -> list[shapely.Geometry]:
 
 
 def _is_drawn(chunk: shapely.Geometry, tree: shapely.STRtree) -> bool:
-    """Whether most of a part of a street's side has a drawn way beside it."""
+    """Whether most of a part of a street's side has a drawn way along it."""
     along = np.linspace(0.1, 0.9, _SAMPLES)
     points = shapely.line_interpolate_point(chunk, along, normalized=True)
-    near, _ = tree.query(points, predicate="dwithin", distance=BESIDE)
-    return bool(len(np.unique(near)) > _SAMPLES // 2)
+    near, ways = tree.query_nearest(points, max_distance=BESIDE, all_matches=False)
+    if len(near) <= _SAMPLES // 2:
+        return False
+    feet = shapely.get_point(shapely.shortest_line(points[near], tree.geometries[ways]), 1)
+    beside = shapely.line_locate_point(chunk, feet, normalized=True)
+    return bool(np.ptp(beside) > _ALONG * np.ptp(along[near]))
 
 
 def _side_width(tags: dict[str, str], side: str) -> float | None:
@@ -178,11 +183,12 @@ def _side_width(tags: dict[str, str], side: str) -> float | None:
     return next((length for length in lengths if length is not None), None)
 
 
-def _chunks(line: shapely.Geometry) -> Iterator[shapely.Geometry]:
+def pieces_of(line: shapely.Geometry) -> Iterator[shapely.Geometry]:
+    """A line in pieces of about 20 m."""
     for part in shapely.get_parts(line):
-        if part.length < _LEAST_CHUNK:
+        if part.length < _LEAST_PIECE:
             continue
-        count = max(round(part.length / _CHUNK), 1)
+        count = max(round(part.length / _PIECE), 1)
         step = part.length / count
         for number in range(count):
             yield substring(part, number * step, (number + 1) * step)

@@ -162,6 +162,7 @@ def route_missions(
         "seed": seed,
         "distance_km": [low, high],
         "routed_share": wilson_interval(len(routes), missions).as_json(),
+        "beyond_box": sum(mission.beyond for mission in drawn),
         "lengths_m": dict(zip(map(str, LENGTH_PERCENTILES), lengths, strict=True)),
         "crossings_mean": crossings,
         "signals_mean": signals,

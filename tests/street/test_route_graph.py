@@ -1,8 +1,10 @@
 """The graph of ways, its file for Nav2's route server, and routes over it."""
 
+import dataclasses
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from harness.street.medial_axis import chains_of, medial_axis
 from harness.street.osm_file import CREDIT, GeoBox, read_extract
 from harness.street.route_graph import CLEARANCE, RouteGraph, WayEdge, build_graph
 from harness.street.routes import draw_mission, find_route, nearest_point
+from harness.world.map.shapes import Rect
 from navbench.cli.app import main
 from navstack.errors import InputError, MapError
 from tests.street.town import BOX, small_town
@@ -80,6 +83,29 @@ def test_missions_without_a_way_are_kept() -> None:
     assert {mission.route is None for mission in drawn} == {True, False}
     with pytest.raises(InputError, match="the box is too small"):
         draw_mission(graph, 5000.0, 9000.0, rng)
+
+
+def test_pairs_whose_ways_meet_beyond_the_box_are_drawn_anew() -> None:
+    graph = dataclasses.replace(square(), box=Rect(-50.0, -50.0, 401.0, 150.0))
+    assert graph.goes_on.tolist() == [False] * 4 + [True] * 2
+    both = dataclasses.replace(square(), box=Rect(-1.0, -50.0, 401.0, 150.0))
+    assert both.goes_on.all()
+    for ways, is_routed in ((graph, {True, False}), (both, {True})):
+        rng = np.random.default_rng(0)
+        drawn = [draw_mission(ways, 90.0, 1000.0, rng) for _ in range(40)]
+        assert {mission.route is not None for mission in drawn} == is_routed
+        assert (sum(mission.beyond for mission in drawn) > 0) is (ways is both)
+
+
+@pytest.mark.parametrize("bounds", [None, [0.0, 0.0, 1.0, 1.0], "the whole", [-1.0, -1.0, 500.0]])
+def test_a_box_that_does_not_hold_the_ways_is_none(tmp_path: Path, bounds: Any) -> None:
+    box = Rect(-1.0, -1.0, 500.0, 101.0)
+    path = tmp_path / "graph.geojson"
+    save_graph(dataclasses.replace(square(), box=box), path)
+    assert load_graph(path).box == box
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps({**content, "bbox": bounds}))
+    assert load_graph(path).box is None
 
 
 def test_a_place_far_from_all_ways_is_refused() -> None:

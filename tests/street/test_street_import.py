@@ -12,6 +12,7 @@ import shapely
 
 from harness.street.district import District, build_district, clipped, scene_of, windows_of
 from harness.street.ground import lay_ground
+from harness.street.links import links_between
 from harness.street.osm_file import CREDIT, GeoBox, read_extract
 from harness.street.raster import cells_of
 from harness.street.rules import tagged_length
@@ -195,6 +196,55 @@ def test_a_passage_leads_through_a_building(tmp_path: Path, tags: dict[str, str]
     town.way((140, 100), (140, 200), highway="footway", **tags)
     walkable = district_of(town, tmp_path).ground.walkable
     assert walkable.contains(shapely.LineString(((140, 115), (140, 165))))
+
+
+def test_stairs_that_begin_in_the_middle_of_a_street_leave_its_sidewalk(tmp_path: Path) -> None:
+    town = small_town()
+    town.way((160, 100), (160, 120), highway="steps")
+    walkable = district_of(town, tmp_path).ground.walkable
+    along = shapely.LineString(((150, 104), (170, 104)))
+    assert walkable.contains(along)
+    assert not walkable.intersects(shapely.Point(160, 115))
+
+
+def test_a_way_that_meets_a_street_is_no_sidewalk_of_it(tmp_path: Path) -> None:
+    town = small_town()
+    town.way((180, 100), (180, 180), highway="footway")
+    walkable = district_of(town, tmp_path).ground.walkable
+    assert walkable.contains(shapely.LineString(((130, 104), (190, 104))))
+    assert walkable.contains(shapely.LineString(((180, 105), (180, 175))))
+
+
+@pytest.mark.parametrize("is_shut", [True, False])
+def test_people_share_an_alley_where_houses_leave_no_sidewalk(
+    tmp_path: Path, is_shut: bool
+) -> None:
+    town = Town()
+    town.way((0, 100), (200, 100), highway="residential")
+    town.way((0, 20), (200, 20), highway="footway")
+    for low, high in ((102, 120), (80, 98 if is_shut else 94)):
+        corners = ((60, low), (90, low), (90, high), (60, high), (60, low))
+        town.way(*corners, building="yes")
+    ground = district_of(town, tmp_path).ground
+    carriageway = shapely.Point(75, 100)
+    assert ground.walkable.intersects(carriageway) is is_shut
+    parts = [part for part in shapely.get_parts(ground.walkable) if part.bounds[3] > 50.0]
+    assert len(parts) == 1, "the alley joins both ends, or the southern side does"
+    assert not ground.walkable.intersects(shapely.Point(30, 100))
+    assert not ground.roads.intersects(carriageway) or not is_shut
+
+
+def test_parts_near_by_are_joined_however_many_there_are() -> None:
+    large, second = shapely.box(0, 0, 100, 10), shapely.box(0, 18, 60, 28)
+    islands = [shapely.box(x, 29.5, x + 3, 33) for x in range(0, 60, 5)]
+    apart = shapely.MultiPolygon([large, second, *islands, shapely.box(0, 60, 20, 70)])
+    wall = shapely.box(-20, 12, 45, 15)
+    links = links_between(apart, wall, shapely.box(-20, 10, 120, 18))
+    assert len(links) == len(islands) + 1
+    joined = shapely.union_all([apart, *(link.polygon for link in links)])
+    assert len(shapely.get_parts(joined)) == 2, "what is farther away stays apart"
+    crossing = [link for link in links if link.kind == "crossing"]
+    assert len(crossing) == 1 and not crossing[0].line.intersects(wall)
 
 
 @pytest.mark.parametrize("tags", [{"min_height": "4"}, {"building__min_level": "1"}])

@@ -81,6 +81,8 @@ def routes_blocks(document: Row) -> list[Block]:
         f"{document['seed']}; with a route: {share['value']:.3f} "
         f"[{share['low']:.3f}, {share['high']:.3f}]"
     )
+    if document["beyond_box"]:
+        text += f"; {document['beyond_box']} pairs that ways join beyond the box only are left out"
     rows = [(f"{percent} %", number_text(length, 0)) for percent, length in lengths.items()]
     crossed = (
         f"crossings per route: {number_text(document['crossings_mean'], 1)}, with signals "
