@@ -8,8 +8,7 @@ from typing import Any
 
 _LENGTH = re.compile(r"\s*(\d+(?:[.,]\d+)?)\s*(m|metres?|meters?|cm)?\s*")
 _FEET = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(?:ft|feet|'(?:\s*(\d+(?:\.\d+)?)\")?)\s*")
-# a level or several, as 0;1 and 0-5; the lowest stands first
-_GROUND_FLOOR = re.compile(r"\s*(?:[+-]?0+(?:\.0+)?\s*(?:[-;,].*)?)?")
+_LEVELS = re.compile(r"\s*([+-]?\d+(?:\.\d+)?)\s*(?:-\s*([+-]?\d+(?:\.\d+)?)\s*)?")  # as 1 and 0-5
 _LAYER = re.compile(r"\s*[+-]?\d{1,2}\s*")  # anything else says nothing
 # access= and foot= of what is not for everybody
 _CLOSED = ("private", "no", "use_sidepath", "military", "permit", "residents")
@@ -145,13 +144,22 @@ def is_open_on_foot(tags: dict[str, str]) -> bool:
     return tags.get("foot") not in _CLOSED
 
 
+def _is_on_ground_floor(level: str) -> bool:
+    """Whether a list of levels, as ``-1;0`` and ``0-5``, is empty or has level 0."""
+    for text in re.split("[;,]", level):
+        levels = _LEVELS.fullmatch(text)
+        if levels is not None and float(levels[1]) <= 0.0 <= float(levels[2] or levels[1]):
+            return True
+    return not level.strip()
+
+
 def is_below_or_above(tags: dict[str, str]) -> bool:
     """Whether a thing is not on the ground: in a tunnel, indoors, on a deck, or not built."""
     passage = tags.get("tunnel") == "building_passage"
     in_tunnel = tags.get("tunnel", "no") not in ("no", "building_passage")
     if in_tunnel or tags.get("indoor", "no") != "no" or tags.get("location") == "underground":
         return True
-    if _GROUND_FLOOR.fullmatch(tags.get("level", "0")) is None:
+    if not _is_on_ground_floor(tags.get("level", "")):
         return True
     layer = _LAYER.fullmatch(tags.get("layer", "0"))
     return layer is not None and int(layer[0]) not in (0, 1) and not passage

@@ -230,6 +230,11 @@ def test_towers_and_low_walls_are_as_high_as_tagged(tmp_path: Path) -> None:
     ("tags", "is_there"),
     [
         ({"level": "0-1"}, True),
+        ({"level": "1;0"}, True),
+        ({"level": "-1-1"}, True),
+        ({"level": "-1"}, False),
+        ({"level": ""}, True),
+        ({"level": "mezzanine"}, False),
         ({"level": "0.0"}, True),
         ({"level": "1-2"}, False),
         ({"layer": "+1"}, True),
