@@ -152,7 +152,8 @@ def _require_legs(runs: Sequence[StoredRun]) -> None:
         if has_too_few(finished, errors):
             raise InputError(
                 f"{run.folder}: {errors} of {finished + errors} deliveries have no result, which "
-                "may be those that matter; drive them again"
+                "may be those that matter; drive them again with navbench run --resume DIR "
+                "--retry-errors"
             )
 
 

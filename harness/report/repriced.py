@@ -19,7 +19,8 @@ from harness.study.stored_run import StoredRun
 
 TITLES = TEXTS.accountings
 NO_MARGIN = (
-    f"no margin: more than {MOST_LEFT_OUT:.0%} of the deliveries have no result; drive them again"
+    f"no margin: more than {MOST_LEFT_OUT:.0%} of the deliveries have no result; drive them again "
+    "with navbench run --resume DIR --retry-errors"
 )
 # of the accountings, those that screens show; tables and documents have all
 SHOWN = (PUBLISHED, AT_FAULT, "no_threshold")

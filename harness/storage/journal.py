@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from harness.storage.checksums import sealed, unsealed
+from harness.storage.files import replacing
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import is_of_kind, read_rows
 from harness.storage.texts import clean_texts
@@ -95,6 +96,20 @@ def records_in(
             begin,
             len(line),
         )
+
+
+def drop_errors(path: Path, most: int) -> None:
+    """Take the deliveries that ended in an error of the machine out of a journal.
+
+    Args:
+        path: of the journal.
+        most: [bytes] of a line.
+    """
+    with path.open("rb") as journal, replacing(path) as kept:
+        for line in iter(lambda: journal.readline(most), b""):
+            record = record_of(line)
+            if record is None or record["row"].get("error") is None:
+                kept.write(line)
 
 
 def events_at(journal: IO[bytes], place: int) -> list[Row]:

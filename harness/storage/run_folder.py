@@ -20,7 +20,14 @@ from harness.storage.files import (
     sync_folder,
     write_text,
 )
-from harness.storage.journal import events_at, finished_in_tables, line_of, records_in, records_of
+from harness.storage.journal import (
+    drop_errors,
+    events_at,
+    finished_in_tables,
+    line_of,
+    records_in,
+    records_of,
+)
 from harness.storage.new_run import point_latest
 from harness.storage.rescue import contents, is_in_place, lost_folder, opened_folder, rescued
 from harness.storage.rows import Columns, Row, Rows
@@ -43,13 +50,16 @@ class RunFolder:
     columns; events stay on disk.
     """
 
-    def __init__(self, path: Path, tables: Mapping[str, Columns], total: int) -> None:
+    def __init__(
+        self, path: Path, tables: Mapping[str, Columns], total: int, drops_errors: bool = False
+    ) -> None:
         """Lock the folder and read what is finished.
 
         Args:
             path: of a run that :func:`create_run` made.
             tables: columns of ``episodes``, ``events`` and ``timings``.
             total: number of episodes that make the run complete.
+            drops_errors: whether what ended in an error of the machine is forgotten.
 
         Raises:
             InputError: another program writes the folder, it cannot be written, or its tables are
@@ -70,8 +80,10 @@ class RunFolder:
             has_tables = (path / "episodes.parquet").exists()
             if has_tables and not (path / JOURNAL).exists():
                 self.rows, self.timings = finished_in_tables(path, tables)
-                if not self.is_complete:
+                if not self.is_complete or (drops_errors and any(self.rows.values("error"))):
                     self._unpack()
+            if drops_errors and (path / JOURNAL).exists():
+                drop_errors(path / JOURNAL, MOST_LINE)
             if not (has_tables and self.is_complete) or (path / JOURNAL).exists():
                 if (path / JOURNAL).exists():
                     check_regular(path / JOURNAL, MOST_JOURNAL)

@@ -125,16 +125,17 @@ def extend(path: Path, episodes: int) -> None:
     extend_run(path, episodes, seen=count_finished(path) // len(content["stacks"]))
 
 
-def drive_folder(study: Study, path: Path, where: Where) -> Driven:
+def drive_folder(study: Study, path: Path, where: Where, retries_errors: bool = False) -> Driven:
     """Drive what a run folder lacks, with progress on stderr.
 
     Args:
         study: as its folder tells it.
         path: of the folder.
         where: they are driven.
+        retries_errors: whether also what ended in an error of the machine.
     """
     is_stopped = False
-    with RunFolder(path, TABLES, study.total) as folder:
+    with RunFolder(path, TABLES, study.total, retries_errors) as folder:
         say_notes(folder.notes)
         require_own(study, folder)
         say_what_is_done(folder, study)

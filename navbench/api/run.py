@@ -63,6 +63,7 @@ def resume(
     *,
     workers: int | None = None,
     force: bool = False,
+    retry_errors: bool = False,
     episodes: int | None = None,
 ) -> Run:
     """Go on with an interrupted run, as ``navbench run --resume`` does.
@@ -71,6 +72,7 @@ def resume(
         folder: of the run.
         workers: processes; None: one per core.
         force: also where files of the folder were changed.
+        retry_errors: also drive what ended in an error of the machine, as a map that was missing.
         episodes: deliveries per stack from now on, no fewer than it was made for; None: as many.
 
     Raises:
@@ -78,7 +80,8 @@ def resume(
         KeyboardInterrupt: interrupted; what is finished is kept in the folder.
     """
     keep_compiled_code()
-    return _finished(drive_rest(Path(folder), Where(workers=workers), force, episodes))
+    where = Where(workers=workers)
+    return _finished(drive_rest(Path(folder), where, force, retry_errors, episodes))
 
 
 def drive(
@@ -98,7 +101,11 @@ def drive(
 
 
 def drive_rest(
-    folder: Path, where: Where, is_forced: bool = False, episodes: int | None = None
+    folder: Path,
+    where: Where,
+    is_forced: bool = False,
+    retries_errors: bool = False,
+    episodes: int | None = None,
 ) -> Driven:
     """What :func:`resume` does; an interrupt ends it early.
 
@@ -118,7 +125,7 @@ def drive_rest(
     if episodes is not None:
         extend(path, episodes)
         study = load_study(path, where.workers)
-    return drive_folder(study, path, where)
+    return drive_folder(study, path, where, retries_errors)
 
 
 def _finished(driven: Driven) -> Run:

@@ -47,6 +47,12 @@ SHOWN = (  # in the help
     is_flag=True,
     help="With --resume: also if its files were changed; run.json says so.",
 )
+@click.option(
+    "--retry-errors",
+    "retries_errors",
+    is_flag=True,
+    help="With --resume: also drive what ended in an error, as a map that was missing.",
+)
 @FULL
 @click.option(
     "--page",
@@ -61,6 +67,7 @@ def run(
     out: Path | None,
     resume: Path | None,
     is_forced: bool,
+    retries_errors: bool,
     is_full: bool,
     has_page: bool,
     where: Where,
@@ -82,10 +89,13 @@ def run(
     from navbench.api.run import drive, drive_rest
 
     if resume is not None:
-        refuse_others(context, "is_forced", "is_full", "has_page", "episodes")
-        driven = drive_rest(resume, where, is_forced, asked_deliveries(context))
+        refuse_others(context, "is_forced", "retries_errors", "is_full", "has_page", "episodes")
+        asked = asked_deliveries(context)
+        driven = drive_rest(resume, where, is_forced, retries_errors, asked)
     elif is_forced:
         raise InputError("--force goes with --resume DIR, whose files were changed")
+    elif retries_errors:
+        raise InputError("--retry-errors goes with --resume DIR, of a run that has some")
     else:
         driven = drive(out=out, where=where, **choices)
     sys.exit(print_driven(driven, as_json, is_full, has_page))

@@ -50,6 +50,22 @@ class Shuffled(Workers):
         return super().run(function, shuffled, *more)
 
 
+class Failing(Workers):
+    """Loses some of the deliveries to the machine."""
+
+    def run(
+        self,
+        function: Callable[[Any], Any],
+        tasks: Iterable[Any],
+        *more: Any,
+    ) -> Generator[Finished[Any, Any], None, None]:
+        """Fail in every second one."""
+        for finished in super().run(function, tasks, *more):
+            if finished.task.episode % 2:
+                finished = dataclasses.replace(finished, result=None, error="there is no map")
+            yield finished
+
+
 def options(folder: Path, hall: Path) -> dict[str, Any]:
     """A study of short deliveries in a hall with files of the user's own."""
     (folder / "short.yaml").write_text(RULES)
@@ -116,6 +132,29 @@ def test_interrupted_twice_it_ends_as_uninterrupted(
     for stop_after in (2, 5, EPISODES):
         go_on(path, stop_after)
     assert same(path) == same(whole)
+
+
+@pytest.mark.parametrize("stop_after", [EPISODES, 4])
+def test_what_ended_in_an_error_is_driven_again_on_request(
+    study: Study,
+    whole: Path,
+    tmp_path: Path,
+    stop_after: int,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    path = go_on(begin(tmp_path / "run", study), stop_after, Failing(1, InProcess))
+    with RunFolder(path, TABLES, EPISODES) as folder:
+        assert sum(map(bool, folder.rows.values("error"))) == stop_after // 2
+    go_on(path)
+    assert same(path) != same(whole), "errors stay unless that is asked for"
+    for _ in range(2):  # the second time there is nothing to drive
+        with pytest.raises(SystemExit) as leaving:
+            main(["run", "--resume", str(path), "--retry-errors", "--workers", "1"])
+        assert not leaving.value.code
+        assert same(path) == same(whole)
+    said = capsys.readouterr().err
+    assert "is complete" in said and f"going on after {EPISODES - stop_after // 2} of 6" in said
+    assert "--retry-errors goes with --resume" in complain(capsys, "--retry-errors")
 
 
 def test_the_order_of_work_changes_nothing(study: Study, whole: Path, tmp_path: Path) -> None:
