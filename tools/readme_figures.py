@@ -35,7 +35,7 @@ BASELINE = ROOT / "results" / "baseline"
 STREETS = BASELINE / "helsinki"  # packed runs, by their sensors
 MAPS = ("sidewalk", "sidewalk_1", "sidewalk_2")
 # packed runs of harder cities, by their folder in results/baseline, and what is hard
-HARD = {"urban/sidewalk_1": "Between houses (`rtk_urban`)"}
+HARD = {"urban": "Between houses (`rtk_urban`)"}  # its folder of worlds
 PAPERS_MAP = "costnav"  # the paper's own, imported; it is not shipped
 STACKS = ("evasive-gps-ekf", "mppi-contact-gps-ekf", "mpc-gps-ekf", "nav2-gps-ekf")
 GPS, AMCL = "paper-gps", "paper-amcl"  # the paper's stacks, as this program drives them
@@ -107,14 +107,15 @@ def study_row(run: StoredRun) -> list[str]:
     ]
 
 
-def hard_table(folder: str) -> str:
-    """What stacks did in a harder city, the best first."""
-    path = BASELINE / folder
-    stored = load_run(str(path))
-    runs = [stored.only(stack.name) for stack in stored.stacks]
+def hard_table(world: str) -> str:
+    """What stacks did in a harder city, the best first, on all maps that they have driven."""
+    stacks = {place: stacks_at(world, place) for place in MAPS}
+    maps = tuple(place for place, names in stacks.items() if names)
+    runs = [pooled(world, stack, maps) for stack in stacks[maps[0]]]
     runs.sort(key=lambda run: -margins_of(run).mean())
     count = len(runs[0].stacks[0].rows)
-    intro = wrapped(f"**{HARD[folder]}**, `{path.name}`, {count} deliveries of each stack:")
+    where = ", ".join(f"`{place}`" for place in maps)
+    intro = wrapped(f"**{HARD[world]}**, {where}, {count} deliveries of each stack:")
     return f"{intro}\n\n{table(HEAD, [*map(study_row, runs)])}\n\n"
 
 

@@ -36,6 +36,9 @@ _SMALL_SHARE = 0.25  # [-] of the largest part: a smaller one stays only if it i
 _PLAZAS = ("pedestrian", "footway", "path", "living_street")
 _COVERED = ("yes", "arcade", "colonnade")
 _HEADROOM = 2.0  # [m] a building that begins higher stands in nobody's way
+_WATERWAYS = ("river", "canal", "stream", "ditch", "drain")
+_RAILS = ("rail", "light_rail", "subway", "narrow_gauge", "monorail")  # trams share the street
+_BESIDE_RAILS = 1.5  # [m] from the middle of rails or of a stream, a track's half width and more
 _GREEN = {"landuse": ("grass", "meadow"), "leisure": ("park", "garden"), "natural": ("scrub",)}
 
 
@@ -97,7 +100,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     tagged = _union([walk.polygon for walk in sides if walk.source == "tag"])
     people = _union([drawn, sides_ground, *(walk.polygon for walk in shared)])
     walkable = shapely.intersection(shapely.difference(people, built), box)
-    closed = shapely.union(built, shapely.intersection(raised, carriageways))
+    closed = _union([built, shapely.intersection(raised, carriageways), *_water_and_rails(extract)])
     links = links_between(walkable, closed, carriageways)
     people = shapely.union_all([people, *(link.polygon for link in links)])
     walks += sides + shared + links
@@ -146,6 +149,24 @@ def _is_plaza(area: MappedThing) -> bool:
 
 def _is_green(area: MappedThing) -> bool:
     return any(area.tags.get(key) in values for key, values in _GREEN.items())
+
+
+def _water_and_rails(extract: Extract) -> list[shapely.Geometry]:
+    """What nobody walks over where no way is mapped; a bridge is one."""
+    areas = [area.geometry for area in extract.areas if _is_water(area.tags)]
+    lines = [
+        line.geometry.buffer(_BESIDE_RAILS)
+        for line in extract.lines
+        if line.tags.get("waterway") in _WATERWAYS or line.tags.get("railway") in _RAILS
+    ]
+    return [*areas, *lines]
+
+
+def _is_water(tags: dict[str, str]) -> bool:
+    is_bank = tags.get("waterway") in ("riverbank", "dock")
+    return (
+        is_bank or tags.get("natural") == "water" or tags.get("landuse") in ("basin", "reservoir")
+    )
 
 
 def _steps(extract: Extract) -> shapely.Geometry:

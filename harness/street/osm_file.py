@@ -26,8 +26,8 @@ _NODE_KEYS = (
     "highway barrier amenity shop natural emergency kerb man_made advertising traffic_sign "
     "addr:housenumber"
 ).split()
-_AREA_KEYS = "building highway area:highway place landuse leisure natural".split()
-_LINE_KEYS = ("highway", "barrier")  # other ways count as areas only
+_AREA_KEYS = "building highway area:highway place landuse leisure natural waterway".split()
+_LINE_KEYS = ("highway", "barrier", "waterway", "railway")  # other ways count as areas only
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +170,7 @@ def _read(osmium: Any, path: Path, geo: GeoBox) -> Extract:
         )
     box = Rect(0.0, 0.0, float(width), float(depth))
     grown = shapely.box(*_bounds(box.grown(AROUND)))
-    filters = osmium.filter.KeyFilter(*{*_NODE_KEYS, *_AREA_KEYS, "barrier"})
+    filters = osmium.filter.KeyFilter(*{*_NODE_KEYS, *_AREA_KEYS, *_LINE_KEYS})
     objects = osmium.FileProcessor(str(path)).with_areas(filters).with_filter(filters)
     factory = osmium.geom.WKBFactory()
     found: dict[str, list[MappedThing]] = {"point": [], "line": [], "area": []}

@@ -247,6 +247,27 @@ def test_parts_near_by_are_joined_however_many_there_are() -> None:
     assert len(crossing) == 1 and not crossing[0].line.intersects(wall)
 
 
+@pytest.mark.parametrize(
+    ("tags", "is_joined"),
+    [
+        ({}, True),
+        ({"waterway": "stream"}, False),
+        ({"waterway": "stream", "tunnel": "culvert"}, True),
+        ({"railway": "rail"}, False),
+        ({"railway": "tram"}, True),
+    ],
+)
+def test_nothing_joins_ways_over_water_or_rails(
+    tmp_path: Path, tags: dict[str, str], is_joined: bool
+) -> None:
+    town = Town()
+    town.way((0, 20), (200, 20), highway="footway")
+    town.way((0, 28), (200, 28), highway="footway")
+    town.way((-40, 24), (240, 24), **tags)
+    parts = shapely.get_parts(district_of(town, tmp_path).ground.walkable)
+    assert len(parts) == (1 if is_joined else 2)
+
+
 @pytest.mark.parametrize("tags", [{"min_height": "4"}, {"building__min_level": "1"}])
 def test_a_building_above_a_way_leaves_it_free(tmp_path: Path, tags: dict[str, str]) -> None:
     town = small_town()
