@@ -31,7 +31,7 @@ class RouteMission:
     start: int
     goal: int
     route: StreetRoute | None
-    beyond: int = 0  # pairs that were drawn before it, whose ways can meet beyond the box only
+    beyond: int = 0  # pairs drawn before it whose ways could meet beyond the box only
 
 
 def find_route(graph: RouteGraph, start: int, goal: int) -> StreetRoute | None:

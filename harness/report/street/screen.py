@@ -82,7 +82,8 @@ def routes_blocks(document: Row) -> list[Block]:
         f"[{share['low']:.3f}, {share['high']:.3f}]"
     )
     if document["beyond_box"]:
-        text += f"; {document['beyond_box']} pairs that ways join beyond the box only are left out"
+        anew = counted(document["beyond_box"], "pair")
+        text += f"; {anew} whose ways could meet beyond the box only, drawn anew"
     rows = [(f"{percent} %", number_text(length, 0)) for percent, length in lengths.items()]
     crossed = (
         f"crossings per route: {number_text(document['crossings_mean'], 1)}, with signals "
