@@ -102,13 +102,9 @@ def build_graph(district: District) -> RouteGraph:
     """
     stands = [shapely.Polygon(each.polygon) for each in district.furniture.pieces]
     area = shapely.difference(district.ground.walkable, shapely.union_all(stands))
-    points, radii, pairs = medial_axis(area, CLEARANCE)
-    if not len(pairs):
-        raise MapError(f"no way in the box is {2 * CLEARANCE:.1f} m wide; choose another box")
-    chains = _without_spurs(points, pairs)
+    points, radii, chains = _middle_lines(area)
     crossing_at = _crossings_at(district, points)
-    lines = [part for chain in chains for part in _straightened(chain, points, crossing_at)]
-    used, joined, spans = _segments(lines)
+    used, joined, spans = _segments(chains, points, crossing_at)
     kinds = _kinds(district, points[used[joined]].mean(axis=1))
     edges = []
     for kind, span in zip(kinds, spans, strict=True):
@@ -121,6 +117,30 @@ def build_graph(district: District) -> RouteGraph:
         edges.append(WayEdge("crossing", width, number, has_signals))
     graph = RouteGraph(np.round(points[used], 3), joined, edges, CREDIT, box=district.ground.box)
     return _without_islands(graph)
+
+
+def graph_of_area(area: shapely.Geometry, box: Rect) -> RouteGraph:
+    """The ways along the middle of an area [m] of which nothing more is known than its shape.
+
+    Raises:
+        MapError: no way is wide or long enough.
+    """
+    points, radii, chains = _middle_lines(area)
+    used, joined, spans = _segments(chains, points, np.full(len(points), -1))
+    edges = [WayEdge("way", round(2.0 * float(radii[span].min()), 2)) for span in spans]
+    return _without_islands(RouteGraph(np.round(points[used], 3), joined, edges, box=box))
+
+
+def _middle_lines(area: shapely.Geometry) -> tuple[FloatArray, FloatArray, list[list[int]]]:
+    """Points (N, 2) [m], how far the edge is from each (N,) [m], and the lines between junctions.
+
+    Raises:
+        MapError: no way is wide enough.
+    """
+    points, radii, pairs = medial_axis(area, CLEARANCE)
+    if not len(pairs):
+        raise MapError(f"no way in the box is {2 * CLEARANCE:.1f} m wide; choose another box")
+    return points, radii, _without_spurs(points, pairs)
 
 
 def _without_spurs(points: FloatArray, pairs: IntArray) -> list[list[int]]:
@@ -185,17 +205,20 @@ def _spans(chain: list[int], points: FloatArray) -> list[list[int]]:
     ]
 
 
-def _segments(lines: list[list[list[int]]]) -> tuple[IntArray, IntArray, list[list[int]]]:
+def _segments(
+    chains: list[list[int]], points: FloatArray, crossing_at: IntArray
+) -> tuple[IntArray, IntArray, list[list[int]]]:
     """The points that are used, the pairs of them (M, 2), and the span that each pair stands for.
 
     Of several edges between the same points one stays.
     """
     spans: dict[tuple[int, int], list[int]] = {}
-    for line in lines:
-        for span in line:
-            ends = min(span[0], span[-1]), max(span[0], span[-1])
-            if ends[0] != ends[1]:
-                spans.setdefault(ends, span)
+    for chain in chains:
+        for line in _straightened(chain, points, crossing_at):
+            for span in line:
+                ends = min(span[0], span[-1]), max(span[0], span[-1])
+                if ends[0] != ends[1]:
+                    spans.setdefault(ends, span)
     used, joined = np.unique(np.array(list(spans)), return_inverse=True)
     return used, joined.reshape(-1, 2), list(spans.values())
 

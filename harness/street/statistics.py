@@ -41,7 +41,7 @@ def measure_district(district: District, graph: RouteGraph) -> Row:
         "furniture": _pieces(district, total),
         "furniture_moved": district.furniture.moved,
         "buildings": sum(kind == "building_glass" for kind, _, _ in ground.built),
-        "graph": _graph(graph),
+        "graph": measure_graph(graph),
     }
 
 
@@ -80,7 +80,8 @@ def _per_100m(count: int, length: float) -> float | None:
     return round(100.0 * count / length, 3)
 
 
-def _graph(graph: RouteGraph) -> Row:
+def measure_graph(graph: RouteGraph) -> Row:
+    """Size and length [m] of a graph, and the share of it that hangs together."""
     part = np.bincount(graph.components[graph.pairs[:, 0]], weights=graph.lengths)
     return {
         "points": len(graph.points),

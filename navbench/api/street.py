@@ -24,12 +24,13 @@ from harness.storage.shipped import ROUTE_GRAPH, district_files, is_district
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
+from harness.street.large_map import cut
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.places import with_places
 from harness.street.route_graph import RouteGraph, build_graph
 from harness.street.routes import draw_mission
 from harness.street.saving import save_maps
-from harness.street.statistics import measure_district
+from harness.street.statistics import measure_district, measure_graph
 from harness.study.stored_run import leg_file, repriced
 from harness.task.study import check_kilometres
 from harness.world.map.scene_io import check_map_name
@@ -103,6 +104,40 @@ def import_osm(
             write_text(made / f"{name}_statistics.md", f"# {name}\n\n{page}")
         tell()
     return told
+
+
+def cut_map(file: Path, name: str | None = None, out: Path = Path()) -> Row:
+    """Make a district, tiles and a route graph, of a map_server map of up to 400 million cells.
+
+    Args:
+        file: its YAML file.
+        name: of the tiles; None: that of the file.
+        out: folder.
+
+    Returns:
+        What ``navbench map tiles --json`` prints.
+
+    Raises:
+        InputError: the name cannot be used, or such a map is there already.
+        MapError: the map cannot be read or has no way, or the folder cannot be written.
+    """
+    if name is None:
+        name = file.stem
+    check_map_name(name)
+    if written := _written(out, name):
+        raise InputError(f"{written[0]} exists already; give another --name or --out")
+    require_folder(out)
+    with arriving_together(out, name) as made:
+        district = cut(file, made, name)
+        graph = district.graph()
+        save_graph(graph, made / f"{name}{ROUTE_GRAPH}")
+    return {
+        "schema": 1,
+        "file": file.name,
+        "size_m": [district.box.width, district.box.depth],
+        "maps": [str(out / each.name) for each in district.files],
+        "graph": measure_graph(graph),
+    }
 
 
 def _drawn_and_measured(

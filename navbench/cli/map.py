@@ -13,7 +13,7 @@ from navbench.api import maps
 from navbench.api.maps import LENGTH_PERCENTILES, PUBLISHED_MEAN_LENGTHS, Row
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
-from navbench.cli.street.osm import losses, osm, routes
+from navbench.cli.street.osm import losses, osm, routes, tiles
 
 MEASURES = (  # label, key of the document, form
     ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
@@ -105,6 +105,7 @@ def import_map(
 
 
 map.add_command(osm)
+map.add_command(tiles)
 map.add_command(routes)
 map.add_command(losses)
 

@@ -1,8 +1,9 @@
 """The pixels of a map image as nav2_map_server gets them: GraphicsMagick, 16 bits a channel."""
 
+import contextlib
 import math
 import re
-import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -19,8 +20,9 @@ FloatTable = npt.NDArray[np.float64]
 LevelArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 
 MAX_PIXELS = 20_000_000  # 223 m x 223 m at 0.05 m; a delivery on it takes less than 1 GiB of memory
-MAX_WHOLE = 10 * MAX_PIXELS  # of an image of which a part is read
-MAX_BYTES = 6 * MAX_PIXELS  # of the file: what an ASCII PGM spends on pixels of 16 bits
+MAX_WHOLE = 20 * MAX_PIXELS  # of an image of which parts are read: 1 km x 1 km at 0.05 m
+MAX_BYTES = 6 * MAX_PIXELS  # of a file: what an ASCII PGM spends on pixels of 16 bits
+_MAX_BYTES_OF_PGM = 2 * MAX_WHOLE + 1000  # of a binary one
 _FORMATS = ("PNG", "BMP", "PPM", "GIF", "JPEG", "TIFF", "WEBP")  # of Pillow's; others run programs
 _DIGITS_AND_GAPS = b"0123456789 \t\r\n\v\f"
 _QUANTUM = 65535  # GraphicsMagick's largest channel value
@@ -57,16 +59,35 @@ def read_image(path: Path, average_alpha: bool, crop: Crop | None = None) -> Map
     A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel
     too (what nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
 
+    Args:
+        path: of the file.
+        average_alpha: whether an alpha channel counts as a colour.
+        crop: the part that is read; None: all of it.
+
     Raises:
-        MapError: the file is missing, no image, corrupt, truncated or larger than ``MAX_PIXELS``.
+        MapError: the file is missing, no image, corrupt, truncated or too large.
+    """
+    (image,) = read_parts(path, average_alpha, [crop])
+    return image
+
+
+def read_parts(path: Path, average_alpha: bool, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
+    """The same of several parts of an image, which is unpacked once.
+
+    Raises:
+        MapError: as of :func:`read_image`.
     """
     try:
-        check_regular(path, MAX_BYTES)
+        check_regular(path, _MAX_BYTES_OF_PGM)
         with path.open("rb") as file:
-            is_pgm = file.read(2) in (b"P2", b"P5")
-        if is_pgm:
-            return _read_pgm(path, crop)
-        return _read_other(path, average_alpha, crop)
+            magic = file.read(2)
+        if magic != b"P5":
+            check_regular(path, MAX_BYTES)
+        if magic in (b"P2", b"P5"):
+            yield from _read_pgm(path, crops)
+            return
+        with _no_bound_of_pillows():
+            yield from _read_other(path, average_alpha, crops)
     except OSError as error:
         raise _unreadable(path, error) from None
 
@@ -78,15 +99,23 @@ def image_size(path: Path) -> tuple[int, int]:
         MapError: the file is missing or no image.
     """
     try:
-        check_regular(path, MAX_BYTES)
-        with warnings.catch_warnings():  # a bomb is refused where it is read
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path, formats=_FORMATS) as image:
-                return image.size
-    except (UnidentifiedImageError, Image.DecompressionBombError, ValueError, SyntaxError):
+        check_regular(path, _MAX_BYTES_OF_PGM)
+        with _no_bound_of_pillows(), Image.open(path, formats=_FORMATS) as image:
+            return image.size
+    except (UnidentifiedImageError, ValueError, SyntaxError):
         raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
     except OSError as error:
         raise _unreadable(path, error) from None
+
+
+@contextlib.contextmanager
+def _no_bound_of_pillows() -> Iterator[None]:
+    """Within it images of any size are opened; ours is looked at before pixels are read."""
+    before, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+    try:
+        yield
+    finally:
+        Image.MAX_IMAGE_PIXELS = before
 
 
 def _unreadable(path: Path, error: OSError) -> MapError:
@@ -99,9 +128,10 @@ def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:
     if width < 1 or height < 1 or width * height > most:
         side = math.isqrt(MAX_PIXELS)
         raise MapError(
-            f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; of a "
-            f"larger one a part is read: write crop: [left, bottom, width, height] in pixels "
-            f"beside 'image', e.g. crop: [0, 0, {min(side, width)}, {min(side, height)}]"
+            f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; navbench "
+            f"map tiles makes a district of one of up to {MAX_WHOLE}; to read a part, write "
+            f"crop: [left, bottom, width, height] in pixels beside 'image', e.g. "
+            f"crop: [0, 0, {min(side, width)}, {min(side, height)}]"
         )
     if crop is None:
         return
@@ -113,7 +143,7 @@ def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:
         raise MapError(f"map image {path}: crop {list(crop)}; allowed: {MAX_PIXELS} pixels")
 
 
-def _read_pgm(path: Path, crop: Crop | None) -> MapImage:
+def _read_pgm(path: Path, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
     content = path.read_bytes()
     header = _PGM_HEADER.match(content)
     if header is None:
@@ -121,7 +151,8 @@ def _read_pgm(path: Path, crop: Crop | None) -> MapImage:
             f"map image {path}: corrupt PGM header; expected width, height and largest value"
         )
     width, height, largest = (int(field[:9]) for field in header.groups()[1:])
-    _check_size(path, width, height, crop)
+    for crop in crops:
+        _check_size(path, width, height, crop)
     if not 1 <= largest <= _QUANTUM:
         raise MapError(f"map image {path}: largest value {largest}; a PGM allows 1 to {_QUANTUM}")
     body = memoryview(content)[header.end() :]
@@ -134,13 +165,15 @@ def _read_pgm(path: Path, crop: Crop | None) -> MapImage:
         raise MapError(
             f"map image {path}: truncated, {len(values)} of {width} x {height} = {count} pixels"
         )
-    levels = values[:count].reshape(height, width)
-    if crop is not None:
-        left, top, right, bottom = crop.box(height)
-        levels = levels[top:bottom, left:right]
-    levels = np.minimum(levels, largest).astype(np.min_scalar_type(largest))
+    whole = values[:count].reshape(height, width)
     shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
-    return MapImage(levels, shades, None)
+    for crop in crops:
+        levels = whole
+        if crop is not None:
+            left, top, right, bottom = crop.box(height)
+            levels = whole[top:bottom, left:right]
+        levels = np.minimum(levels, largest).astype(np.min_scalar_type(largest))
+        yield MapImage(levels, shades, None)
 
 
 def _binary_values(body: memoryview, largest: int) -> npt.NDArray[np.integer]:
@@ -157,20 +190,19 @@ def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
     return np.fromstring(text.decode("ascii"), dtype=np.int64, sep=" ")
 
 
-def _read_other(path: Path, average_alpha: bool, crop: Crop | None) -> MapImage:
+def _read_other(
+    path: Path, average_alpha: bool, crops: Sequence[Crop | None]
+) -> Iterator[MapImage]:
     try:
-        with warnings.catch_warnings():
-            # MAX_PIXELS is our bound
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path, formats=_FORMATS) as image:
+        with Image.open(path, formats=_FORMATS) as image:
+            for crop in crops:
                 _check_size(path, *image.size, crop)
-                if crop is None:
-                    return _convert(image, average_alpha)
-                part = image.crop(crop.box(image.height))
-                part.info = image.info  # has what is transparent
-                return _convert(part, average_alpha)
-    except Image.DecompressionBombError:
-        raise MapError(f"map image {path}: far too large; allowed: {MAX_PIXELS} pixels") from None
+            for crop in crops:
+                part: Image.Image = image
+                if crop is not None:
+                    part = image.crop(crop.box(image.height))
+                    part.info = image.info  # has what is transparent
+                yield _convert(part, average_alpha)
     except UnidentifiedImageError:
         raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
     except (ValueError, SyntaxError, EOFError, IndexError) as error:

@@ -3,7 +3,7 @@
 import contextlib
 import math
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,14 @@ import numpy.typing as npt
 from PIL import Image
 from ruamel.yaml import YAML
 
-from navstack.costmap.map_image import Crop, FloatTable, read_image
+from navstack.costmap.map_image import (
+    Crop,
+    FloatTable,
+    MapImage,
+    image_size,
+    read_image,
+    read_parts,
+)
 from navstack.costmap.occupancy_grid import FARTHEST, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError, ParameterError, did_you_mean
 from navstack.params.strict import load_yaml
@@ -58,10 +65,34 @@ def load_map(yaml_path: Path | str) -> OccupancyGrid:
     """
     metadata = load_metadata(Path(yaml_path))
     image = read_image(metadata.image, metadata.mode == "trinary", metadata.crop)
-    cells = _MODES[metadata.mode](image.shades, metadata)[image.levels]
+    return _grid(image, metadata)
+
+
+def load_squares(yaml_path: Path, side: int) -> Iterator[tuple[int, int, OccupancyGrid]]:
+    """Column, row and cells of each square of ``side`` cells of a map of up to 400 million.
+
+    Raises:
+        MapError: as of :func:`load_map`.
+    """
+    metadata = load_metadata(yaml_path)
+    whole = metadata.crop or Crop(0, 0, *image_size(metadata.image))
+    parts = [
+        [left, bottom, min(side, whole.width - left), min(side, whole.height - bottom)]
+        for bottom in range(0, whole.height, side)
+        for left in range(0, whole.width, side)
+    ]
+    squares = [_cropped(metadata, part, yaml_path) for part in parts]
+    crops = [Crop(whole.left + left, whole.bottom + bottom, *size) for left, bottom, *size in parts]
+    images = read_parts(metadata.image, metadata.mode == "trinary", crops)
+    for (left, bottom, *_), square, image in zip(parts, squares, images, strict=True):
+        yield left // side, bottom // side, _grid(image, square)
+
+
+def _grid(image: MapImage, metadata: MapMetadata) -> OccupancyGrid:
+    cells = _MODES[metadata.mode](image.shades, metadata)[image.levels[::-1]]
     if metadata.mode == "scale" and image.transparent is not None:
-        cells[image.transparent] = UNKNOWN
-    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), metadata.resolution, metadata.origin)
+        cells[image.transparent[::-1]] = UNKNOWN
+    return OccupancyGrid(cells, metadata.resolution, metadata.origin)
 
 
 def load_metadata(path: Path) -> MapMetadata:

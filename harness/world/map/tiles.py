@@ -83,7 +83,9 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
         _paste(solid, tile.geometry.unpack(), column, row)
         _paste(closed, tile.walkable.unpack(), column, row)
     mesh = _part_at(
-        without_slivers(closed == FREE, r), int(at[1] / r) - row, int(at[0] / r) - column
+        without_slivers(closed == FREE, r),
+        math.floor(at[1] / r) - row,
+        math.floor(at[0] / r) - column,
     )
     corner = Pose2D(column * r, row * r, 0.0)
     obstacles = {

@@ -1,4 +1,4 @@
-"""``navbench map osm`` and ``navbench map routes``: real streets."""
+"""``navbench map osm``, ``tiles``, ``routes`` and ``losses``: districts."""
 
 from pathlib import Path
 
@@ -57,6 +57,31 @@ def osm(
         return
     print_blocks(street_blocks(found), report_console())
     click.echo(found["credit"])
+    click.echo(f"next: navbench run --map {quoted(out)} --stack nav2-gps-ekf --episodes 20")
+
+
+@click.command(
+    "tiles", help="Cut FILE, a map_server YAML file too large for one map, and make a route graph."
+)
+@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--name", help="The tiles' name; default: the file's.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    help="Folder; default: the current one.",
+)
+@JSON
+def tiles(file: Path, name: str | None, out: Path, as_json: bool) -> None:
+    """Cut a map and say what came of it."""
+    found = street.cut_map(file, name, out)
+    if as_json:
+        print_json(found)
+        return
+    (width, depth), graph = found["size_m"], found["graph"]
+    ways, connected = graph["length_m"] / 1000.0, 100.0 * graph["connected_share"]
+    click.echo(f"{file.name}: {width:.0f} x {depth:.0f} m; {counted(len(found['maps']), 'map')}")
+    click.echo(f"ways: {ways:.1f} km, {connected:.0f} % of it connected")
     click.echo(f"next: navbench run --map {quoted(out)} --stack nav2-gps-ekf --episodes 20")
 
 

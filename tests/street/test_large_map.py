@@ -1,0 +1,121 @@
+"""A map that is too large for one is cut into a district of tiles."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from harness.street.graph_file import load_graph
+from harness.street.missions import StreetMissions
+from harness.world.map.shapes import Rect
+from harness.world.map.tiles import load_part
+from navbench.cli.app import main
+from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.errors import MapError
+
+RESOLUTION = 0.1  # [m]
+ORIGIN = (-12.04, 5.0)  # [m] not on a whole cell
+
+
+def town() -> np.ndarray:
+    """A picture (H, W) of 62 m x 45 m: streets of 4 m around two blocks, one unknown, a yard."""
+    cells = np.full((450, 620), 254, dtype=np.uint8)
+    cells[40:410, 40:280] = 0
+    cells[40:410, 320:580] = 205
+    cells[200:230, 100:130] = 254  # nobody gets in
+    return cells
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[..., Path]:
+    """Writes a map and returns its YAML file."""
+
+    def write_map(image: str = "town.png", yaw: float = 0.0) -> Path:
+        Image.fromarray(town()).save(tmp_path / image)
+        origin = f"[{ORIGIN[0]}, {ORIGIN[1]}, {yaw}]"
+        thresholds = "occupied_thresh: 0.65\nfree_thresh: 0.196\nnegate: 0\n"
+        text = f"image: {image}\nresolution: {RESOLUTION}\norigin: {origin}\n{thresholds}"
+        (tmp_path / "town.yaml").write_text(text)
+        return tmp_path / "town.yaml"
+
+    return write_map
+
+
+@pytest.fixture(autouse=True)
+def _small_tiles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("harness.street.large_map.TILE", 20.0)
+    monkeypatch.setattr("navstack.costmap.map_image.MAX_PIXELS", 200 * 200)
+
+
+def tiles(file: Path, *more: str) -> int:
+    with pytest.raises(SystemExit) as leaving:
+        main(["map", "tiles", str(file), "--out", str(file.parent / "tiles"), *more])
+    return int(leaving.value.code or 0)
+
+
+@pytest.mark.parametrize("image", ["town.png", "town.pgm"])
+def test_tiles_together_are_the_map(
+    write: Callable[..., Path], image: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write(image)
+    with pytest.raises(MapError, match="navbench map tiles"):
+        load_map(file)
+    assert tiles(file) == 0
+    told = capsys.readouterr().out
+    assert "62 x 45 m; 12 maps" in told and "next: navbench run --map" in told
+    window = Rect(-12.0, 5.0, 50.0, 50.0)
+    part = load_part(file.parent / "tiles", "town", window, (0.0, 7.0))
+    assert part.geometry.data.shape == (450, 620)
+    expected = town()[::-1]
+    assert ((part.geometry.data == OCCUPIED) == (expected == 0)).all()
+    assert ((part.geometry.data == FREE) == (expected == 254)).all()
+    assert ((part.walkable.data == FREE) == (expected == 254)).all()
+    yard = part.navigation_mesh.data[225:245, 105:125]
+    assert (yard == OCCUPIED).all(), "the mesh is what hangs together with the place"
+
+
+def test_missions_lead_along_the_streets(write: Callable[..., Path]) -> None:
+    file = write()
+    assert tiles(file, "--name", "old_town") == 0
+    folder = file.parent / "tiles"
+    graph = load_graph(folder / "old_town_graph.geojson")
+    cells = np.floor((graph.points - (-12.0, 5.0)) / RESOLUTION).astype(int)
+    assert (town()[::-1][cells[:, 1], cells[:, 0]] == 254).all()
+    assert len(np.unique(graph.components)) == 1, "the yard is too small for ways"
+    assert {round(edge.width) for edge in graph.edges} <= {3, 4}
+    legs = StreetMissions(folder, 0).legs(0)
+    mesh = legs[0].scene().navigation_mesh
+    for pose in (legs[0].start, legs[-1].goal):
+        assert mesh.value_at(pose.x, pose.y) == FREE
+
+
+@pytest.mark.parametrize(
+    ("yaw", "most", "said"),
+    [(0.3, 400_000_000, "is turned by 0.3 rad"), (0.0, 1000, "allowed: 1 to 1000 pixels")],
+)
+def test_what_cannot_be_cut_is_told_in_one_line(
+    write: Callable[..., Path],
+    yaw: float,
+    most: int,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("navstack.costmap.map_image.MAX_WHOLE", most)
+    file = write(yaw=yaw)
+    assert tiles(file) == 1
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert not list((file.parent / "tiles").glob("*"))
+
+
+def test_a_district_is_not_written_over(
+    write: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write()
+    assert tiles(file) == 0
+    assert tiles(file) == 1
+    assert "exists already" in capsys.readouterr().err
