@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from harness.street.alleys import alleys
+from harness.street.bends import around_bends
 from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
@@ -78,6 +79,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     beside = [walk.line for walk in walks if walk.kind not in ("crossing", "service")]
     sides = side_walks(streets, shapely.union_all([*beside, plazas]), rng)
     sides, medians = without_medians(sides, streets)
+    sides += around_bends(streets, sides)
     if not beside and plazas.is_empty and not any(walk.source == "tag" for walk in sides):
         raise InputError(
             "the box has no sidewalk, footway or area for people, and no street tagged "

@@ -8,7 +8,8 @@ import shapely
 from harness.street.district import District, build_district
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import build_graph
-from tests.street.town import BOX, Town
+from harness.street.routes import find_route, nearest_point
+from tests.street.town import BOX, Point, Town
 
 MIDDLE = shapely.Point(75, 100)  # of the street between the houses
 
@@ -87,6 +88,47 @@ def test_no_link_leads_over_a_motorway(tmp_path: Path, highway: str) -> None:
     town.way((-40, 104.5), (240, 104.5), highway=highway, width="4")
     parts = shapely.get_parts(district_of(town, tmp_path).ground.walkable)
     assert len(parts) == (2 if highway == "motorway_link" else 1)
+
+
+BLOCK = (  # a corner, and the middle of the side that begins there
+    ((50.0, 50.0), (100.0, 56.0)),
+    ((150.0, 50.0), (144.0, 100.0)),
+    ((150.0, 150.0), (100.0, 144.0)),
+    ((50.0, 150.0), (56.0, 100.0)),
+)
+
+
+def ring(town: Town, corners: tuple[tuple[Point, Point], ...]) -> None:
+    """Streets around a block, of two ways on each side."""
+    for number, (corner, middle) in enumerate(corners):
+        end = corners[(number + 1) % len(corners)][0]
+        town.way(corner, middle, highway="residential", sidewalk="both")
+        town.way(middle, end, highway="residential", sidewalk="both")
+
+
+def test_a_sidewalk_goes_on_where_its_street_becomes_another_way(tmp_path: Path) -> None:
+    town = Town()
+    ring(town, BLOCK)
+    district = district_of(town, tmp_path)
+    assert not [walk for walk in district.ground.walks if walk.kind == "footway"], "no links"
+    graph = build_graph(district)
+    sides = (((97, 61), (103, 61)), ((139, 97), (139, 103)), ((97, 139), (103, 139)))
+    for begin, end in (*sides, ((61, 97), (61, 103))):
+        route = find_route(graph, nearest_point(graph, *begin), nearest_point(graph, *end))
+        assert route is not None and route.length < 10.0
+    for x, y in ((47.2, 47.2), (152.8, 47.2), (152.8, 152.8), (47.2, 152.8)):
+        corner = shapely.Point(x, y).buffer(0.7)
+        assert district.ground.walkable.contains(corner), "around it from outside, too"
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.5, 8.0])
+def test_a_side_without_a_sidewalk_gets_none_at_a_bend(tmp_path: Path, bend: float) -> None:
+    town = Town()
+    town.way((0, 100), (100, 100), highway="residential", sidewalk="right")
+    town.way((100, 100), (200, 100 + bend), highway="residential", sidewalk="right")
+    ground = district_of(town, tmp_path).ground
+    assert not ground.walkable.intersects(shapely.Point(100, 104))
+    assert ground.walkable.contains(shapely.LineString(((90, 96), (100, 96), (110, 96))))
 
 
 @pytest.mark.parametrize("highway", ["footway", "service", "living_street", "pedestrian"])
