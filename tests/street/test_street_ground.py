@@ -90,6 +90,18 @@ def test_no_link_leads_over_a_motorway(tmp_path: Path, highway: str) -> None:
     assert len(parts) == (2 if highway == "motorway_link" else 1)
 
 
+@pytest.mark.parametrize("highway", ["motorway", "primary"])
+def test_no_crossing_is_filled_in_over_a_motorway(tmp_path: Path, highway: str) -> None:
+    town = Town()
+    town.way((0, 94), (200, 94), highway="footway")
+    town.way((0, 106), (200, 106), highway="footway")
+    town.way((-40, 100), (100, 100), (240, 100), highway=highway, width="6.5")
+    town.way((100, 100), (200, 80), highway="motorway_link")
+    walks = district_of(town, tmp_path).ground.walks
+    over = [walk for walk in walks if walk.kind == "crossing" and walk.line.length > 10.0]
+    assert bool(over) is (highway == "primary")
+
+
 BLOCK = (  # a corner, and the middle of the side that begins there
     ((50.0, 50.0), (100.0, 56.0)),
     ((150.0, 50.0), (144.0, 100.0)),
