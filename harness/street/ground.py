@@ -25,6 +25,7 @@ from harness.street.walks import (
     Walk,
     drawn_walks,
     side_walks,
+    street_areas,
     streets_of,
 )
 from harness.world.map.scene import Obstacle
@@ -88,7 +89,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     ways = [*(walk for walk in walks if walk.kind != "crossing"), *sides]
     walks += more_crossings(extract, streets, walks, sides)
     box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
-    carriageways = _union([street.polygon for street in streets])
+    carriageways = _union([*(street.polygon for street in streets), *street_areas(extract)])
     level = [walk.polygon.buffer(0.01) for walk in walks if not walk.has_step]
     raised = _union([walk.polygon for walk in walks if walk.has_step])
     drawn = _union([plazas, *level, shapely.difference(raised, carriageways)])

@@ -90,6 +90,17 @@ def test_no_link_leads_over_a_motorway(tmp_path: Path, highway: str) -> None:
     assert len(parts) == (2 if highway == "motorway_link" else 1)
 
 
+def test_a_street_that_is_drawn_as_an_area_is_one_and_no_loop(tmp_path: Path) -> None:
+    town = Town()
+    town.way((0, 20), (200, 20), highway="footway")
+    town.way((0, 100), (100, 100), highway="residential")
+    corners = ((100.0, 90.0), (130.0, 90.0), (130.0, 120.0), (100.0, 120.0), (100.0, 90.0))
+    town.way(*corners, highway="residential", area="yes")
+    ground = district_of(town, tmp_path).ground
+    assert ground.roads.contains(shapely.box(102, 92, 128, 118))
+    assert not ground.walkable.intersects(shapely.box(100.5, 90.5, 200, 200))
+
+
 @pytest.mark.parametrize("highway", ["motorway", "primary"])
 def test_no_crossing_is_filled_in_over_a_motorway(tmp_path: Path, highway: str) -> None:
     town = Town()
