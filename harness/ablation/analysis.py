@@ -300,6 +300,9 @@ def _paired(rows: Sequence[Sequence[Row]]) -> list[list[Row]]:
 
 
 def points(ablation: Ablation) -> list[tuple[Arm, Interval, Interval]]:
-    """The arms that a figure of error against margin can show, with both."""
-    shown = ((arm, arm.errors["localization_error_median_m"], arm.margin) for arm in ablation.arms)
+    """The arms that a figure of error against margin can show, with both, as tables tell them."""
+    shown = (
+        (arm, arm.errors["localization_error_median_m"], arm.unseen or NO_INTERVAL)
+        for arm in ablation.arms
+    )
     return list(itertools.filterfalse(lambda each: None in (each[1].value, each[2].value), shown))

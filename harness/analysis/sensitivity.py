@@ -113,7 +113,8 @@ def _require_margin(stack: StoredStack) -> None:
     if has_too_few(finished, errors):
         raise InputError(
             f"{stack.name}: the margin is undefined, because {errors} of {finished + errors} "
-            f"deliveries have no result, more than {MOST_LEFT_OUT:.0%}; drive them again"
+            f"deliveries have no result, more than {MOST_LEFT_OUT:.0%}; drive them again with "
+            "navbench run --resume DIR --retry-errors"
         )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from harness.storage.checksums import sealed, unsealed
-from harness.storage.files import replacing
+from harness.storage.files import no_links, replacing
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import is_of_kind, read_rows
 from harness.storage.texts import clean_texts
@@ -105,7 +105,7 @@ def drop_errors(path: Path, most: int) -> None:
         path: of the journal.
         most: [bytes] of a line.
     """
-    with path.open("rb") as journal, replacing(path) as kept:
+    with open(path, "rb", opener=no_links) as journal, replacing(path) as kept:
         for line in iter(lambda: journal.readline(most), b""):
             record = record_of(line)
             if record is None or record["row"].get("error") is None:

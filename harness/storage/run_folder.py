@@ -82,11 +82,11 @@ class RunFolder:
                 self.rows, self.timings = finished_in_tables(path, tables)
                 if not self.is_complete or (drops_errors and any(self.rows.values("error"))):
                     self._unpack()
+            if (path / JOURNAL).exists():
+                check_regular(path / JOURNAL, MOST_JOURNAL)
             if drops_errors and (path / JOURNAL).exists():
                 drop_errors(path / JOURNAL, MOST_LINE)
             if not (has_tables and self.is_complete) or (path / JOURNAL).exists():
-                if (path / JOURNAL).exists():
-                    check_regular(path / JOURNAL, MOST_JOURNAL)
                 self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
                 self._read_journal(self._journal)
                 self._texts = contents(path, (*OF_ALL, CHECKSUMS))

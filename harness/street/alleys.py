@@ -7,6 +7,7 @@ import shapely
 from shapely.ops import substring
 
 from harness.street.links import HALF
+from harness.street.rules import RULES, is_open_on_foot, sidewalk_sides
 from harness.street.walks import Street, Walk, pieces_of
 from navstack.types import BoolArray
 
@@ -16,12 +17,18 @@ _LONGER = 2.0  # [m] that people walk on the carriageway before and after
 _OVERLAP = 0.1  # [m] of it and the ways beside it
 
 
-def alleys(streets: list[Street], walks: list[Walk], built: list[shapely.Geometry]) -> list[Walk]:
+def alleys(
+    streets: list[Street],
+    walks: list[Walk],
+    medians: list[Walk],
+    built: list[shapely.Geometry],
+) -> list[Walk]:
     """The parts of carriageways beside which houses stand where the ways for people would be.
 
     Args:
         streets: the carriageways.
         walks: drawn ways and sides of streets.
+        medians: sides that lie between two carriageways, of which nobody shares either.
         built: [m] houses and barriers.
     """
     carriageways = shapely.STRtree([street.polygon for street in streets])
@@ -32,14 +39,16 @@ def alleys(streets: list[Street], walks: list[Walk], built: list[shapely.Geometr
         return []
     blocked = houses.query([walk.polygon for walk in sides], predicate="intersects")[0]
     narrow = shapely.STRtree([sides[number].line for number in np.unique(blocked)])
+    between = shapely.STRtree([walk.line for walk in medians if not _is_built_on(walk, houses)])
     found = []
-    for street in streets:
+    for street in filter(_may_be_shared, streets):
         reach = street.width + max(walk.width for walk in sides)
         width = street.width + 2.0 * _OVERLAP
-        for piece in pieces_of(street.line):
-            if not len(narrow.query(piece, predicate="dwithin", distance=reach)):
+        for number, piece in enumerate(pieces_of(street.line)):
+            is_dual = len(between.query(piece, predicate="dwithin", distance=street.width))
+            if is_dual or not len(narrow.query(piece, predicate="dwithin", distance=reach)):
                 continue
-            at = street.line.project(shapely.Point(piece.coords[0]))
+            at = number * piece.length
             around = piece.buffer(reach, cap_style="flat")
             there = _within(around, ways).difference(_within(around, carriageways))
             free = there.difference(_within(around, houses))
@@ -48,6 +57,17 @@ def alleys(streets: list[Street], walks: list[Walk], built: list[shapely.Geometr
                 part = _part(street.line, at + begin - _LONGER, at + end + _LONGER)
                 found.append(Walk("living_street", part, width, "rule"))
     return found
+
+
+def _may_be_shared(street: Street) -> bool:
+    """Whether people may walk on a street that should have ways beside it."""
+    is_of_town = street.tags["highway"] in RULES.street["has_sidewalks"]
+    return is_of_town and is_open_on_foot(street.tags) and bool(sidewalk_sides(street.tags))
+
+
+def _is_built_on(walk: Walk, houses: shapely.STRtree) -> bool:
+    """Whether houses take most of a way's ground; a rail along a median takes little."""
+    return bool(_within(walk.polygon, houses).area > 0.5 * walk.polygon.area)
 
 
 def _part(line: shapely.Geometry, begin: float, end: float) -> shapely.Geometry:

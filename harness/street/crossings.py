@@ -121,18 +121,24 @@ class _Arm:
 
 
 def _arms_of_junctions(streets: list[Street], arms: Counter[int]) -> Iterator[_Arm]:
-    """The arms that are long enough for a crossing; nobody crosses to a roundabout's island."""
+    """The arms that are long enough for a crossing.
+
+    Nobody crosses to a roundabout's island, or where a ramp meets a motorway.
+    """
     widest: dict[int, float] = defaultdict(float)
+    closed: set[int] = set()
     for street in streets:
         for node in street.nodes:
             widest[node] = max(widest[node], street.width)
+        if street.tags["highway"] == "motorway":
+            closed.update(street.nodes)
     for street in streets:
         if street.inner_side:
             continue
         for node, start, direction in _directions(street):
             away = 0.5 * widest[node] + RULES.street["crossing_setback"]
             arm = _Arm(street, node, start, direction, away)
-            if arms[node] >= _JUNCTION and arm.reaches(0.0):
+            if arms[node] >= _JUNCTION and node not in closed and arm.reaches(0.0):
                 yield arm
 
 

@@ -7,12 +7,14 @@ import numpy as np
 import shapely
 
 from harness.street.alleys import alleys
+from harness.street.bends import around_bends
 from harness.street.crossings import more_crossings
 from harness.street.links import links_between, without_medians
 from harness.street.osm_file import Extract, MappedThing
 from harness.street.rules import (
     RULES,
     carriageway_width,
+    is_for_cars_only,
     is_open,
     tagged_height,
     walk_kind,
@@ -23,6 +25,7 @@ from harness.street.walks import (
     Walk,
     drawn_walks,
     side_walks,
+    street_areas,
     streets_of,
 )
 from harness.world.map.scene import Obstacle
@@ -76,7 +79,8 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     plazas = _union([area.geometry for area in extract.areas if _is_plaza(area)])
     beside = [walk.line for walk in walks if walk.kind not in ("crossing", "service")]
     sides = side_walks(streets, shapely.union_all([*beside, plazas]), rng)
-    sides = without_medians(sides, streets)
+    sides, medians = without_medians(sides, streets)
+    sides += around_bends(streets, sides)
     if not beside and plazas.is_empty and not any(walk.source == "tag" for walk in sides):
         raise InputError(
             "the box has no sidewalk, footway or area for people, and no street tagged "
@@ -85,7 +89,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     ways = [*(walk for walk in walks if walk.kind != "crossing"), *sides]
     walks += more_crossings(extract, streets, walks, sides)
     box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
-    carriageways = _union([street.polygon for street in streets])
+    carriageways = _union([*(street.polygon for street in streets), *street_areas(extract)])
     level = [walk.polygon.buffer(0.01) for walk in walks if not walk.has_step]
     raised = _union([walk.polygon for walk in walks if walk.has_step])
     drawn = _union([plazas, *level, shapely.difference(raised, carriageways)])
@@ -93,14 +97,16 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     barriers = _barriers(extract, box, drawn)
     solid = [shape for _, shape, _ in [*buildings, *barriers]]
     built = _union(solid)
-    shared = alleys(streets, ways, solid)
+    shared = alleys(streets, ways, medians, solid)
     sides_ground = shapely.difference(_union([walk.polygon for walk in sides]), carriageways)
     passed = shapely.union_all([*level, sides_ground, carriageways])
     built = shapely.union(built, shapely.difference(_steps(extract), passed))
     tagged = _union([walk.polygon for walk in sides if walk.source == "tag"])
     people = _union([drawn, sides_ground, *(walk.polygon for walk in shared)])
     walkable = shapely.intersection(shapely.difference(people, built), box)
-    closed = _union([built, shapely.intersection(raised, carriageways), *_water_and_rails(extract)])
+    motorways = [street.polygon for street in streets if is_for_cars_only(street.tags)]
+    closed = [built, shapely.intersection(raised, carriageways), *motorways]
+    closed = _union([*closed, *_water_and_rails(extract)])
     links = links_between(walkable, closed, carriageways)
     people = shapely.union_all([people, *(link.polygon for link in links)])
     walks += sides + shared + links

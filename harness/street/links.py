@@ -15,17 +15,19 @@ _LEAST_AREA = 3.0  # [m2] of a part that is joined
 _MEDIAN = 4.0  # [m] a filled side with a carriageway as near as this beyond it is a median
 
 
-def without_medians(sides: list[Walk], streets: list[Street]) -> list[Walk]:
-    """The filled sides of streets without those between two carriageways."""
+def without_medians(sides: list[Walk], streets: list[Street]) -> tuple[list[Walk], list[Walk]]:
+    """The sides of streets, and those filled ones that lie between two carriageways."""
     tree = shapely.STRtree([street.polygon for street in streets])
-    kept = []
+    kept, medians = [], []
     for walk in sides:
         middle = walk.line.interpolate(0.5, normalized=True)
         beyond = middle.buffer(0.5 * walk.width + _MEDIAN)
         near = [streets[number] for number in tree.query(beyond, predicate="intersects")]
-        if walk.source == "tag" or not _is_between(walk.line, near):
+        if walk.source == "rule" and _is_between(walk.line, near):
+            medians.append(walk)
+        else:
             kept.append(walk)
-    return kept
+    return kept, medians
 
 
 def _is_between(line: shapely.Geometry, streets: list[Street]) -> bool:
@@ -97,7 +99,7 @@ def _free_line(
 ) -> shapely.Geometry:
     """The shortest free line between the borders of two parts; empty: none of those tried is."""
     small, large = sorted((first, second), key=shapely.area)
-    border = small.exterior
+    border = small.boundary
     along = np.arange(0.0, border.length, _STEP)
     points = shapely.line_interpolate_point(border, along)
     shapely.prepare(large)

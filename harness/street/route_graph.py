@@ -20,7 +20,9 @@ CLEARANCE = 0.45  # [m] of the ways to what is not walkable: a sidewalk robot's 
 _SPUR = 3.0  # [m] shorter dead ends are left out
 _ISLAND = 15.0  # [m] ways of less total length that nothing joins are left out
 _TOLERANCE = 0.05  # [m] by which lines are straightened
-_AT_EDGE = 1.5  # [m] ways that end as near as this to the box's edge may go on beyond it
+# [m] ways that end as near as this to the box's edge may go on beyond it; the middle of a way ends
+# half its width before, or at a corner, by a dead end of _SPUR or more
+_AT_EDGE = 2.7
 _PLAZA = "pedestrian_area"
 
 

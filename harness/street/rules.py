@@ -144,6 +144,12 @@ def is_open_on_foot(tags: dict[str, str]) -> bool:
     return tags.get("foot") not in _CLOSED
 
 
+def is_for_cars_only(tags: dict[str, str]) -> bool:
+    """Whether nobody walks over a street where no way is mapped."""
+    is_motorway = tags.get("highway") in ("motorway", "motorway_link")
+    return is_motorway or tags.get("motorroad") == "yes"
+
+
 def _is_on_ground_floor(level: str) -> bool:
     """Whether a list of levels, as ``-1;0`` and ``0-5``, is empty or has level 0."""
     for text in re.split("[;,]", level):
@@ -162,4 +168,8 @@ def is_below_or_above(tags: dict[str, str]) -> bool:
     if not _is_on_ground_floor(tags.get("level", "")):
         return True
     layer = _LAYER.fullmatch(tags.get("layer", "0"))
-    return layer is not None and int(layer[0]) not in (0, 1) and not passage
+    if layer is None or passage:
+        return False
+    is_water = "waterway" in tags or tags.get("natural") == "water"
+    least = -5 if is_water else 0  # mappers put rivers below their bridges
+    return not least <= int(layer[0]) <= 1

@@ -75,11 +75,18 @@ class Street:
 
 
 def streets_of(extract: Extract) -> list[Street]:
-    """The carriageways of an extract."""
+    """The carriageways of an extract that are drawn as lines."""
     return [
         Street(thing.tags, thing.geometry, carriageway_width(thing.tags), thing.nodes)
         for thing in extract.lines
-        if thing.tags.get("highway") in RULES.carriageways
+        if thing.tags.get("highway") in RULES.carriageways and thing.tags.get("area") != "yes"
+    ]
+
+
+def street_areas(extract: Extract) -> list[shapely.Geometry]:
+    """The carriageways that are drawn as areas [m], as a place where cars turn."""
+    return [
+        thing.geometry for thing in extract.areas if thing.tags.get("highway") in RULES.carriageways
     ]
 
 

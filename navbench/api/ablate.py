@@ -32,6 +32,7 @@ from navbench.api.driving import Driven, drive_folder, extend, say_notes
 from navbench.api.meetings.ablate import drive_arms, only_of_deliveries, require_arms
 from navbench.api.progress import say
 from navbench.api.report import today
+from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, load_dataclass
 
 DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows the wheels
@@ -124,6 +125,7 @@ def resume_ablation(
     where: Where | None = None,
     episodes: int | None = None,
     within: float | None = None,
+    retry_errors: bool = False,
 ) -> Ablated | MeetingsArms:
     """Go on with the ablation of a run folder.
 
@@ -133,6 +135,7 @@ def resume_ablation(
         where: deliveries are driven; None: on this machine.
         episodes: deliveries of each arm from now on; None: as many as it was made for.
         within: [USD] as of :func:`ablate`; None: as it was made.
+        retry_errors: also drive what ended in an error of the machine, as a map that was missing.
 
     Raises:
         InputError: the folder holds none, has no such arm, or has more deliveries.
@@ -151,18 +154,27 @@ def resume_ablation(
     check_within(within)
     if declaration.estimator == MEETINGS and within is not None:
         raise only_of_deliveries()
+    if declaration.estimator == MEETINGS and retry_errors:
+        raise InputError(
+            f"--retry-errors is for whole deliveries, and '{path}' drives meetings; leave it out"
+        )
     say_notes(version_notes(path))
     if within is not None and not study.counts:
         share_out(path, {stack.name: study.episodes for stack in study.stacks})
     if episodes is not None:
         extend(path, episodes)
-    return _drive(path, declaration, where)
+    return _drive(path, declaration, where, retry_errors)
 
 
-def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablated | MeetingsArms:
+def _drive(
+    path: Path,
+    declaration: AblationDeclaration,
+    where: Where,
+    retries_errors: bool = False,
+) -> Ablated | MeetingsArms:
     if declaration.estimator == MEETINGS:
         return drive_arms(path, declaration, where)
-    driven, run = _drive_arms(path, declaration, where)
+    driven, run = _drive_arms(path, declaration, where, retries_errors)
     study = driven.study
     prices = prices_of(study.template.prices)
     ablation = analyse(declaration, driven.results, run, prices, study.episodes)
@@ -175,12 +187,13 @@ def _drive(path: Path, declaration: AblationDeclaration, where: Where) -> Ablate
 
 
 def _drive_arms(
-    path: Path, declaration: AblationDeclaration, where: Where
+    path: Path, declaration: AblationDeclaration, where: Where, retries_errors: bool
 ) -> tuple[Driven, StoredRun]:
     """Drive what the arms lack, and more of those whose margin is not known well enough."""
     while True:
         study = load_study(path, where.workers)
-        driven = drive_folder(study, path, where)
+        driven = drive_folder(study, path, where, retries_errors)
+        retries_errors = False  # what ends in one now would forever
         run = load_run(str(path))
         if declaration.within is None or driven.is_interrupted:
             return driven, run

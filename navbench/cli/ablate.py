@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from navbench.cli.driving import asked_deliveries, exit_status, say_how_to_go_on
-from navbench.cli.options import ESTIMATOR, FULL, path_option, refuse_others, study_options
+from navbench.cli.options import (
+    ESTIMATOR,
+    FULL,
+    RETRY_ERRORS,
+    path_option,
+    refuse_others,
+    study_options,
+)
 from navbench.cli.streams import print_json
 from navbench.cli.values import names_of
 from navstack.errors import InputError
@@ -68,6 +75,7 @@ DEFAULT_STACK = "nav2-amcl"  # it drives as nav2-gps does, and its AMCL knows th
     "DIR",
     "Go on with an interrupted ablation, or print a finished one, from its folder.",
 )
+@RETRY_ERRORS
 @FULL
 @click.pass_context
 def ablate(
@@ -79,6 +87,7 @@ def ablate(
     against: str | None,
     out: Path | None,
     resume: Path | None,
+    retries_errors: bool,
     where: "Where",
     as_json: bool,
     is_full: bool,
@@ -107,9 +116,11 @@ def ablate(
     from navbench.api.driving import say_notes
 
     if resume is not None:
-        refuse_others(context, "is_full", "episodes", "within")
+        refuse_others(context, "retries_errors", "is_full", "episodes", "within")
         more = asked_deliveries(context), choices["within"]
-        found = api.resume_ablation(resume, against, where, *more)
+        found = api.resume_ablation(resume, against, where, *more, retries_errors)
+    elif retries_errors:
+        raise InputError("--retry-errors goes with --resume DIR, of an ablation that has some")
     else:
         if more_errors and not errors:
             first = more_errors[0]

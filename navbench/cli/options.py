@@ -33,6 +33,12 @@ def path_option(name: str, shown: str, about: str, required: bool = False) -> Ca
     return click.option(name, type=kind, metavar=shown, help=about, required=required)
 
 
+RETRY_ERRORS = click.option(
+    "--retry-errors",
+    "retries_errors",
+    is_flag=True,
+    help="With --resume: also drive what ended in an error, as a map that was missing.",
+)
 ESTIMATOR = click.option(
     "--estimator",
     type=click.Choice(ESTIMATORS),

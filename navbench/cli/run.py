@@ -12,6 +12,7 @@ from navbench.cli.driving import asked_deliveries, print_driven
 from navbench.cli.options import (
     FULL,
     LOCALIZER,
+    RETRY_ERRORS,
     completed,
     path_option,
     refuse_others,
@@ -47,12 +48,7 @@ SHOWN = (  # in the help
     is_flag=True,
     help="With --resume: also if its files were changed; run.json says so.",
 )
-@click.option(
-    "--retry-errors",
-    "retries_errors",
-    is_flag=True,
-    help="With --resume: also drive what ended in an error, as a map that was missing.",
-)
+@RETRY_ERRORS
 @FULL
 @click.option(
     "--page",

@@ -12,6 +12,7 @@ from harness.ablation.arms import arms_of, parameter_sources
 from harness.report.figures import SUFFIXES
 from harness.report.page.entries import notes_of
 from harness.report.tables import print_table, report_table
+from harness.storage.journal import KEYS, line_of
 from harness.storage.new_run import ABLATION
 from harness.storage.run_folder import JOURNAL, RunFolder
 from harness.storage.shipped import shipped
@@ -62,9 +63,9 @@ def given(tmp_path: Path, hall: Path, in_process: None) -> list[str]:
     ]
 
 
-def cut_off(path: Path) -> None:
+def cut_off(path: Path, total: int = 2 * len(ARMS)) -> None:
     """Put a finished ablation back to after its first delivery."""
-    with RunFolder(path, TABLES, len(ARMS) * 2) as folder:
+    with RunFolder(path, TABLES, total) as folder:
         record = {"row": folder.rows[0], "events": [], "timing": folder.timings[0]}
     for file in [*path.glob("*.parquet"), path / "summary.json", *path.glob("ablation.*")]:
         file.unlink()
@@ -210,6 +211,33 @@ def test_arms_that_drove_as_often_drive_on_alone(
     status, text, _ = navbench(capsys, "--resume", str(out), *more, "--json")
     driven = {arm["arm"]: arm["episodes"] for arm in json.loads(text)["arms"]}
     assert status == 0 and driven == {"ground_truth": 1, "gps": 2, "position=0.5": 1}
+
+
+@pytest.mark.slow
+def test_what_ended_in_an_error_is_driven_again_on_request(
+    tmp_path: Path,
+    given: list[str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    out = tmp_path / "out"
+    monkeypatch.setattr("navbench.api.ablate.draw_ablation", lambda *_: [])
+    arguments = [*given[:2], *given[4:], "--episodes", "1", "--out", str(out)]
+    assert navbench(capsys, *arguments)[0] == 0
+    before = (out / "episodes.parquet").read_bytes()
+    with RunFolder(out, TABLES, 2) as folder:
+        rows = list(folder.rows)
+    lost = {key: rows[1][key] for key in KEYS} | {"error": "there is no map"}
+    record = {"row": lost, "events": [], "timing": {}}
+    cut_off(out, 2)
+    with (out / JOURNAL).open("ab") as journal:
+        journal.write(line_of(record))
+    for options, driven in ((), 0), (("--retry-errors",), 1):
+        status, text, said = navbench(capsys, "--resume", str(out), *options, "--json")
+        assert [arm["episodes"] for arm in json.loads(text)["arms"]] == [1, driven], said
+        assert (status == 0) is (driven == 1)
+    assert (out / "episodes.parquet").read_bytes() == before
+    assert "--retry-errors goes with --resume" in navbench(capsys, "--retry-errors")[2]
 
 
 @pytest.mark.parametrize(

@@ -169,6 +169,8 @@ def test_a_line_that_was_cut_off_is_driven_again(
     status, text, _ = navbench("compare", first, second, "--json")
     assert status == 0 and json.loads(text)["missions"] == 2
     assert missions.read_bytes() == whole[:-9], "whoever only reads removes nothing"
+    status, _, said = navbench("ablate", "--resume", found.folder, "--retry-errors")
+    assert status == 1 and "--retry-errors is for whole deliveries" in said
     status, _, said = navbench("ablate", "--resume", found.folder, "--workers", "1")
     assert status == 0 and "going on after 2 of 3 missions" in said
     assert missions.read_bytes() == whole

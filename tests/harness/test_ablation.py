@@ -355,6 +355,7 @@ def test_break_even_is_by_the_margin_that_is_told_beside_it(write_run: WriteRun)
     told = investment_of(gps)[2]
     assert told == f"{gps.break_even.value:,.0f} [{13_000.0 / shown.high:,.0f}, never]"
     assert gps.break_even.low == 13_000.0 / shown.high and gps.break_even.high is None
+    assert points(ablation)[0][2] == shown, "in the figure, too"
 
 
 def test_a_margin_that_is_undefined_is_so_wherever_it_is_told(write_run: WriteRun) -> None:

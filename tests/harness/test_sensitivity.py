@@ -116,6 +116,7 @@ def test_too_many_deliveries_without_a_result_have_no_profit_to_vary(write_run, 
     status, told, said = navbench("price", run, "--sensitivity")
     assert (status, told) == (1, "")
     assert "mine: the margin is undefined, because 1 of 10 deliveries have no result" in said
+    assert "navbench run --resume DIR --retry-errors" in said
     _, told, _ = navbench("price", run)
     assert "depends most on" not in told
     assert told.splitlines()[-1] == f"next: navbench report {run}"

@@ -252,6 +252,7 @@ def test_parts_near_by_are_joined_however_many_there_are() -> None:
     [
         ({}, True),
         ({"waterway": "stream"}, False),
+        ({"waterway": "canal", "layer": "-1"}, False),
         ({"waterway": "stream", "tunnel": "culvert"}, True),
         ({"railway": "rail"}, False),
         ({"railway": "tram"}, True),

@@ -157,6 +157,33 @@ def test_what_ended_in_an_error_is_driven_again_on_request(
     assert "--retry-errors goes with --resume" in complain(capsys, "--retry-errors")
 
 
+def test_lines_that_were_cut_off_or_damaged_are_driven_again_too(
+    study: Study, whole: Path, tmp_path: Path
+) -> None:
+    path = go_on(begin(tmp_path / "run", study), 4, Failing(1, InProcess))
+    lines = (path / JOURNAL).read_bytes().splitlines(keepends=True)
+    (path / JOURNAL).write_bytes(b"".join([b"{}\n", *lines[1:], lines[0][:40]]))
+    with RunFolder(path, TABLES, EPISODES, drops_errors=True) as folder:
+        assert len(folder.rows) == 1 and not any(folder.rows.values("error"))
+        assert "line 1 is damaged" in folder.notes[0]
+    assert same(go_on(path)) == same(whole)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "link"])
+def test_a_journal_that_is_no_file_is_refused(study: Study, tmp_path: Path, kind: str) -> None:
+    path = begin(tmp_path / "run", study)
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.write_bytes(b"{}\n")
+    if kind == "pipe":
+        os.mkfifo(path / JOURNAL)
+    else:
+        (path / JOURNAL).symlink_to(elsewhere)
+    with pytest.raises(InputError, match="cannot be written"):
+        RunFolder(path, TABLES, EPISODES, drops_errors=True)
+    assert (path / JOURNAL).is_symlink() is (kind == "link")
+    assert elsewhere.read_bytes() == b"{}\n"
+
+
 def test_the_order_of_work_changes_nothing(study: Study, whole: Path, tmp_path: Path) -> None:
     path = go_on(begin(tmp_path / "run", study), workers=Shuffled(1, InProcess))
     assert same(path) == same(whole)
