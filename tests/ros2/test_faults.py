@@ -26,7 +26,7 @@ robot: segway_e1
 ros2: {most_missed: 0.3}
 """
 FAULTS = ("flood", "nonsense", "kill", "abort", "stall")  # a longer run: 200 drawn by chance
-SHORT = 3.0  # [s] of a delivery
+SHORT = 4.0  # [s] of a delivery; a fault begins in its first second
 START_LIMIT, WAIT, TIMEOUT = 20.0, 0.2, 0.2  # [s]
 # [s] of wall time for a delivery: its start, a wait per period, and a slow machine
 LONGEST = START_LIMIT + 20.0 * SHORT * WAIT + 20.0
