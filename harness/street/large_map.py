@@ -1,5 +1,6 @@
 """A map that is too large to be driven on as a whole: cut into tiles, with a route graph."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,10 +12,13 @@ from harness.street.route_graph import RouteGraph, graph_of_area
 from harness.world.map.extrude import merge_rectangles
 from harness.world.map.scene_io import FREE_BELOW
 from harness.world.map.shapes import Rect
+from navstack.costmap.map_image import MAX_PIXELS
 from navstack.costmap.map_io import load_metadata, load_squares, save_map
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import Pose2D
+
+_LEAST_SIDE = 100  # [cells] of a tile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +45,8 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
     A tile without a free cell has no file. The origin moves to the nearest whole cell.
 
     Raises:
-        MapError: the map cannot be read or is turned, or the folder cannot be written.
+        MapError: the map cannot be read, is turned or has no free cell, or the folder cannot be
+            written.
     """
     about = load_metadata(path)
     r, yaw = about.resolution, about.origin.yaw
@@ -50,7 +55,7 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
             f"map {path}: is turned by {yaw:g} rad; tiles lie along the axes: save it with "
             "a yaw of 0"
         )
-    side = max(round(TILE / r), 1)
+    side = min(max(round(TILE / r), _LEAST_SIDE), math.isqrt(MAX_PIXELS))
     boxes, free, files = [], [], []
     for column, row, square in load_squares(path, side):
         corner = Pose2D(round(square.origin.x / r) * r, round(square.origin.y / r) * r, 0.0)
@@ -61,6 +66,8 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
             files.append(folder / f"{name}_{column}_{row}.yaml")
             save_map(tile, files[-1])
             free.append(_area(is_free, tile))
+    if not files:
+        raise MapError(f"map {path}: has no free cell; check its thresholds and negate")
     bounds = np.array(boxes)
     box = Rect(*bounds[:, :2].min(axis=0).tolist(), *bounds[:, 2:].max(axis=0).tolist())
     return LargeMap(box, shapely.union_all(free), r, files)

@@ -112,6 +112,23 @@ def test_what_cannot_be_cut_is_told_in_one_line(
     assert not list((file.parent / "tiles").glob("*"))
 
 
+@pytest.mark.parametrize(
+    ("free", "said"),
+    [(0, "has no free cell"), (1, "no way in the box is 0.9 m wide"), (12, "is 15 m long")],
+)
+def test_a_map_without_ways_is_refused(
+    write: Callable[..., Path], free: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write()
+    cells = np.zeros((300, 300), dtype=np.uint8)
+    cells[100 : 100 + free, 100 : 100 + 4 * free] = 254
+    Image.fromarray(cells).save(file.with_name("town.png"))
+    assert tiles(file) == 1
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert not list((file.parent / "tiles").glob("*"))
+
+
 def test_a_district_is_not_written_over(
     write: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
