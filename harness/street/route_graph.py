@@ -141,7 +141,7 @@ def _middle_lines(area: shapely.Geometry) -> tuple[FloatArray, FloatArray, list[
     """
     points, radii, pairs = medial_axis(area, CLEARANCE)
     if not len(pairs):
-        raise MapError(f"no way in the box is {2 * CLEARANCE:.1f} m wide; choose another box")
+        raise MapError(f"no way is {2 * CLEARANCE:.1f} m wide; choose another box or map")
     return points, radii, _without_spurs(points, pairs)
 
 
@@ -246,5 +246,5 @@ def _without_islands(graph: RouteGraph) -> RouteGraph:
     used, joined = np.unique(graph.pairs[kept], return_inverse=True)
     edges = [edge for edge, stays in zip(graph.edges, kept.tolist(), strict=True) if stays]
     if not edges:
-        raise MapError(f"no way in the box is {_ISLAND:.0f} m long; choose another box")
+        raise MapError(f"no way is {_ISLAND:.0f} m long; choose another box or map")
     return replace(graph, points=graph.points[used], pairs=joined.reshape(-1, 2), edges=edges)

@@ -114,7 +114,7 @@ def test_what_cannot_be_cut_is_told_in_one_line(
 
 @pytest.mark.parametrize(
     ("free", "said"),
-    [(0, "has no free cell"), (1, "no way in the box is 0.9 m wide"), (12, "is 15 m long")],
+    [(0, "has no free cell"), (1, "no way is 0.9 m wide"), (12, "is 15 m long")],
 )
 def test_a_map_without_ways_is_refused(
     write: Callable[..., Path], free: int, said: str, capsys: pytest.CaptureFixture[str]
