@@ -29,6 +29,7 @@ from harness.study.preflight import check
 from harness.study.stored_run import StoredRun, load_run
 from harness.task.study import make_study
 from navbench.api.driving import Driven, drive_folder, extend, say_notes
+from navbench.api.large_maps import drivable
 from navbench.api.meetings.ablate import drive_arms, only_of_deliveries, require_arms
 from navbench.api.progress import say
 from navbench.api.report import today
@@ -93,7 +94,7 @@ def ablate(
     """
     where = where or Where()
     study = make_study(
-        stacks=[stack], episodes=episodes, map_name=map, workers=where.workers, **options
+        stacks=[stack], episodes=episodes, map_name=drivable(map), workers=where.workers, **options
     )
     asked = localizers, errors, correlation_time
     arms = arms_of(study.stacks[0], *asked, study.template.allow_unknown)

@@ -42,6 +42,7 @@ from harness.study.preflight import check as notes_of
 from harness.study.stored_run import folder_and_stack, load_run
 from harness.task.study import Study, make_study, usable_workers
 from navbench.api.driving import any_text, say_interrupted, say_notes, say_what_failed
+from navbench.api.large_maps import drivable
 from navbench.api.meetings.check import drive_meetings
 from navbench.api.meetings.driving import require_local
 from navbench.api.progress import Watch, say, shown
@@ -123,7 +124,7 @@ def check(
             raise InputError(f"'{old}' is a finished run, which holds no meetings; {INSTEAD}")
         return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
     where = where or Where()
-    study = study_of(old, new, where, map_name=map, **options)
+    study = study_of(old, new, where, map_name=drivable(map), **options)
     declaration = dataclasses.replace(declaration, estimator=_estimator(estimator, study, where))
     if is_same(study):
         return written(CheckResult(declaration, None), markdown)

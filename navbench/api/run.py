@@ -17,6 +17,7 @@ from harness.study.places import Where
 from harness.study.preflight import check
 from harness.task.study import make_study
 from navbench.api.driving import Driven, begin, drive_folder, extend, say_notes
+from navbench.api.large_maps import drivable
 from navbench.api.runs import Run, load
 from navstack.errors import InputError
 
@@ -96,7 +97,7 @@ def drive(
     Raises:
         InputError: something that was given cannot be used.
     """
-    study = make_study(stacks=stacks, map_name=map, workers=where.workers, **options)
+    study = make_study(stacks=stacks, map_name=drivable(map), workers=where.workers, **options)
     return begin(study, out, where)
 
 

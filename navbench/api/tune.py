@@ -27,6 +27,7 @@ from harness.tuning.space.file import SpaceFile, read_spaces
 from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.training import USUAL_MISSIONS
+from navbench.api.large_maps import drivable
 from navbench.api.meetings.driving import require_local
 from navbench.api.tuned import Tuned
 from navbench.api.tuning import drive_tuning
@@ -92,7 +93,7 @@ def tune(
         InputError: a value that ``navbench run`` would refuse too, or a search space that does not
             fit the file.
     """
-    where = where or Where()
+    where, map_name = where or Where(), drivable(map)
     is_fitted = budget is not None and episodes is None
     if episodes is None:
         episodes = USUAL_MISSIONS
@@ -120,13 +121,13 @@ def tune(
         estimator=estimator,
         sensors="",
         robot="",
-        options=_run_options({"map": map, **options}),
+        options=_run_options({"map": map_name, **options}),
         **(sizes(trials, episodes) | chosen_sizes),
     )
     study = make_study(
         stacks=[stack],
         episodes=max(declaration.test_episodes, episodes),
-        map_name=map,
+        map_name=map_name,
         workers=where.workers,
         **options,
     )

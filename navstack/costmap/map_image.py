@@ -128,9 +128,8 @@ def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:
     if width < 1 or height < 1 or width * height > most:
         side = math.isqrt(MAX_PIXELS)
         raise MapError(
-            f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; navbench "
-            f"map tiles makes a district of one of up to {MAX_WHOLE}; to read a part, write "
-            f"crop: [left, bottom, width, height] in pixels beside 'image', e.g. "
+            f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; "
+            f"navbench run drives on one of up to {MAX_WHOLE}; to read a part, write crop: [left, bottom, width, height] in pixels beside 'image', e.g. "
             f"crop: [0, 0, {min(side, width)}, {min(side, height)}]"
         )
     if crop is None:

@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from harness.storage.shipped import is_district
 from harness.street.graph_file import load_graph
 from harness.street.missions import StreetMissions
 from harness.world.map.shapes import Rect
 from harness.world.map.tiles import load_part
+from navbench.api.large_maps import drivable
 from navbench.cli.app import main
 from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED
-from navstack.errors import MapError
+from navstack.errors import InputError, MapError
 
 RESOLUTION = 0.1  # [m]
 ORIGIN = (-12.04, 5.0)  # [m] not on a whole cell
@@ -61,7 +63,7 @@ def test_tiles_together_are_the_map(
     write: Callable[..., Path], image: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = write(image)
-    with pytest.raises(MapError, match="navbench map tiles"):
+    with pytest.raises(MapError, match="navbench run drives on one of up to"):
         load_map(file)
     assert tiles(file) == 0
     told = capsys.readouterr().out
@@ -110,6 +112,41 @@ def test_what_cannot_be_cut_is_told_in_one_line(
     error = capsys.readouterr().err
     assert said in error and error.count("\n") == 1
     assert not list((file.parent / "tiles").glob("*"))
+
+
+def test_a_large_map_is_driven_on_in_tiles_that_the_cache_keeps(
+    write: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("navbench.api.large_maps.MAX_PIXELS", 200 * 200)
+    file = write()
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", "--map", str(file), "--stack", "nobody"])
+    assert leaving.value.code == 1
+    note, error = capsys.readouterr().err.splitlines()[-2:]
+    assert "is driven on in tiles" in note and "nobody" in error
+    district = Path(drivable(str(file)))
+    assert is_district(str(district)) and district.name == "town"
+    graph = district / "town_graph.geojson"
+    before = graph.stat().st_mtime_ns
+    assert drivable(str(file)) == str(district) and graph.stat().st_mtime_ns == before
+    graph.unlink()  # as a program that was killed leaves it
+    assert drivable(str(file)) == str(district) and graph.is_file()
+    assert drivable("sidewalk") == "sidewalk"
+    assert drivable(str(next(district.glob("*.yaml")))).endswith(".yaml"), "a tile is small enough"
+
+
+def test_a_cache_that_cannot_be_written_is_told(
+    write: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "file"))
+    monkeypatch.setattr("navbench.api.large_maps.MAX_PIXELS", 200 * 200)
+    with pytest.raises(InputError, match="cannot be written"):
+        drivable(str(write()))
 
 
 @pytest.mark.parametrize(
