@@ -129,7 +129,8 @@ def _check_size(path: Path, width: int, height: int, crop: Crop | None) -> None:
         side = math.isqrt(MAX_PIXELS)
         raise MapError(
             f"map image {path}: {width} x {height} pixels; allowed: 1 to {most} pixels; "
-            f"navbench run drives on one of up to {MAX_WHOLE}; to read a part, write crop: [left, bottom, width, height] in pixels beside 'image', e.g. "
+            f"navbench run drives on one of up to {MAX_WHOLE}; to read a part, write "
+            f"crop: [left, bottom, width, height] in pixels beside 'image', e.g. "
             f"crop: [0, 0, {min(side, width)}, {min(side, height)}]"
         )
     if crop is None:
