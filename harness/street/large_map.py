@@ -67,7 +67,9 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
             save_map(tile, files[-1])
             free.append(_area(is_free, tile))
     if not files:
-        raise MapError(f"map {path}: has no free cell; check its thresholds and negate")
+        raise MapError(
+            f"map image {about.image}: has no free cell; check thresholds and negate in {path.name}"
+        )
     bounds = np.array(boxes)
     box = Rect(*bounds[:, :2].min(axis=0).tolist(), *bounds[:, 2:].max(axis=0).tolist())
     return LargeMap(box, shapely.union_all(free), r, files)

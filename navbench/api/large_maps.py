@@ -8,7 +8,7 @@ from harness.storage.files import locked, writing
 from harness.storage.shipped import is_district, is_file
 from navbench.api.progress import say
 from navstack.costmap.field_cache import cache_folder
-from navstack.costmap.map_image import MAX_PIXELS, image_size
+from navstack.costmap.map_image import MAX_PIXELS, MAX_WHOLE, image_size
 from navstack.costmap.map_io import load_metadata
 from navstack.errors import MapError
 
@@ -18,7 +18,7 @@ def drivable(map_name: str) -> str:
 
     Raises:
         InputError: another program is cutting it, or the cache cannot be written.
-        MapError: the map has more than 400 million cells, is turned, or has no way.
+        MapError: the map is turned, or has no way.
     """
     path = Path(map_name)
     if not is_file(map_name) or not path.is_file() or not _is_too_large(path):
@@ -43,10 +43,10 @@ def _cut(path: Path, district: Path) -> None:
 
 
 def _is_too_large(path: Path) -> bool:
-    """Whether a map has more cells than one map may have; who reads it tells what is wrong."""
+    """Whether a map is to be cut; who reads another one tells what is wrong with it."""
     try:
         metadata = load_metadata(path)
         width, height = image_size(metadata.image)
     except MapError:
         return False
-    return metadata.crop is None and width * height > MAX_PIXELS
+    return metadata.crop is None and MAX_PIXELS < width * height <= MAX_WHOLE

@@ -14,6 +14,7 @@ from PIL import Image
 from ruamel.yaml import YAML
 
 from navstack.costmap.map_image import (
+    MAX_WHOLE,
     Crop,
     FloatTable,
     MapImage,
@@ -76,6 +77,11 @@ def load_squares(yaml_path: Path, side: int) -> Iterator[tuple[int, int, Occupan
     """
     metadata = load_metadata(yaml_path)
     whole = metadata.crop or Crop(0, 0, *image_size(metadata.image))
+    if whole.width * whole.height > MAX_WHOLE:
+        raise MapError(
+            f"map image {metadata.image}: {whole.width} x {whole.height} pixels; allowed: 1 to "
+            f"{MAX_WHOLE} pixels"
+        )
     parts = [
         [left, bottom, min(side, whole.width - left), min(side, whole.height - bottom)]
         for bottom in range(0, whole.height, side)
