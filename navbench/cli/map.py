@@ -13,7 +13,7 @@ from navbench.api import maps
 from navbench.api.maps import LENGTH_PERCENTILES, PUBLISHED_MEAN_LENGTHS, Row
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
-from navbench.cli.street.osm import losses, osm, routes, tiles
+from navbench.cli.street.osm import OUT, losses, osm, routes, tiles
 
 MEASURES = (  # label, key of the document, form
     ("Navigation mesh [m2]", "walkable_area_m2", ",.0f"),
@@ -32,12 +32,6 @@ MEASURES = (  # label, key of the document, form
 )
 NAME = click.option(
     "--name", required=True, help="The map's name: NAME.yaml and the files beside it."
-)
-OUT = click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    help="Folder; default: the current one.",
 )
 
 

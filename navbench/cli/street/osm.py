@@ -15,6 +15,12 @@ from navbench.cli.streams import print_json
 from navbench.cli.values import Numbers
 
 MOST_SQUARES = 10  # on a screen
+OUT = click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    help="Folder; default: the current one.",
+)
 
 
 @click.command(
@@ -28,12 +34,7 @@ MOST_SQUARES = 10  # on a screen
     help="Part to read, in degrees; default: the file's own box, else that of its nodes.",
 )
 @click.option("--name", help="The maps' name; default: the file's.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    help="Folder; default: the current one.",
-)
+@OUT
 @click.option(
     "--seed",
     type=int,
@@ -65,12 +66,7 @@ def osm(
 )
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--name", help="The tiles' name; default: the file's.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    help="Folder; default: the current one.",
-)
+@OUT
 @JSON
 def tiles(file: Path, name: str | None, out: Path, as_json: bool) -> None:
     """Cut a map and say what came of it."""
