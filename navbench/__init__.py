@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from navbench.api.runs import Run, load
     from navbench.api.street import import_osm, route_missions
     from navbench.api.suite import resume_suite, suite
-    from navbench.api.tune import resume_tuning, tune
+    from navbench.api.tuning.tune import resume_tuning, tune
     from navbench.api.verify import scenario, verify
     from navstack.errors import InputError, NavstackError
     from navstack.types import Pose2D, Twist2D
@@ -78,7 +78,7 @@ _NAMES = {  # by module
     "navbench.api.runs": ("Run", "load"),
     "navbench.api.street": ("import_osm", "route_missions"),
     "navbench.api.suite": ("resume_suite", "suite"),
-    "navbench.api.tune": ("resume_tuning", "tune"),
+    "navbench.api.tuning.tune": ("resume_tuning", "tune"),
     "navbench.api.verify": ("scenario", "verify"),
     "navstack.errors": ("InputError", "NavstackError"),
     "navstack.types": ("Pose2D", "Twist2D"),

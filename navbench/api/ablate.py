@@ -15,7 +15,7 @@ from harness.ablation.precision import FIRST, check_within, counts_wanted
 from harness.episode.files import prices_of
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
-from harness.report.ablation_figure import draw_ablation
+from harness.report.ablations.figure import draw_ablation
 from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document

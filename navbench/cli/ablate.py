@@ -145,7 +145,7 @@ def ablate(
 
 def _print(found: "Ablated", is_full: bool) -> None:
     """The screen of whole deliveries."""
-    from harness.report.ablation import ablation_blocks, next_command
+    from harness.report.ablations.screen import ablation_blocks, next_command
     from harness.report.blocks import Text
     from harness.report.short.findings import short_ablation
     from navbench.cli.common.ending import print_with_notes

@@ -21,7 +21,7 @@ from navbench.cli.streams import print_json
 
 if TYPE_CHECKING:
     from harness.study.places import Where
-    from navbench.api.tuned import Tuned
+    from navbench.api.tuning.written import Tuned
 
 DEFAULT_STACK = "nav2-stock"
 MOST_LINT = 4  # findings that are printed
@@ -151,9 +151,9 @@ def tune(
     interrupted.
     """
     from harness.tuning.declaration import SIZES, parse_duration
-    from navbench.api import tune as api
     from navbench.api.driving import say_notes
     from navbench.api.progress import say
+    from navbench.api.tuning import tune as api
 
     seconds = None if budget is None else parse_duration(budget)
     if resume is not None:

@@ -21,7 +21,7 @@ from harness.analysis.rare import margin_with_unseen
 from harness.economics.prices import load_prices
 from harness.economics.valuation import value
 from harness.episode.files import nav2_parameters
-from harness.report.ablation import (
+from harness.report.ablations.screen import (
     ablation_blocks,
     deciding,
     investment_of,

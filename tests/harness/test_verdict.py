@@ -11,7 +11,7 @@ from harness.analysis.rare import difference_with_unseen, reach_of
 from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.unseen import margin_admitting_unseen
-from harness.report.ablation import sentence
+from harness.report.ablations.screen import sentence
 from harness.report.comparison import comparison_blocks, winner
 from harness.report.numbers import number_text
 from harness.report.short.findings import short_comparison

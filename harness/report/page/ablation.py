@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from harness.ablation.analysis import Ablation
-from harness.report.ablation import ablation_blocks
+from harness.report.ablations.screen import ablation_blocks
 from harness.report.blocks import Chart, Text
 from harness.report.markdown import markdown_text
 from harness.report.short.findings import ablation_answer, ablation_setup

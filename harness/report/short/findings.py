@@ -16,7 +16,7 @@ from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
 from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import missions
-from harness.report.ablation import (
+from harness.report.ablations.screen import (
     deciding,
     investment_of,
     price_sentence,

@@ -1,7 +1,7 @@
 """What several stacks earn by meetings, as a screen."""
 
 from harness.ablation.meetings import MeetingsArms
-from harness.report.ablation import price_sentence, sentence
+from harness.report.ablations.screen import price_sentence, sentence
 from harness.report.blocks import Block
 from harness.report.numbers import counted
 from harness.report.short.findings import lines_of

@@ -30,7 +30,7 @@ from harness.tuning.study import (
 from navbench.api.driving import say_notes
 from navbench.api.meetings.driving import require_local
 from navbench.api.progress import say, shown
-from navbench.api.tuned import Tuned, written
+from navbench.api.tuning.written import Tuned, written
 
 
 def drive_tuning(

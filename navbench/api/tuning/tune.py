@@ -29,8 +29,8 @@ from harness.tuning.space.paths import with_absolute_files
 from harness.tuning.training import USUAL_MISSIONS
 from navbench.api.large_maps import drivable
 from navbench.api.meetings.driving import require_local
-from navbench.api.tuned import Tuned
-from navbench.api.tuning import drive_tuning
+from navbench.api.tuning.driving import drive_tuning
+from navbench.api.tuning.written import Tuned
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass, read_text
 

@@ -1,0 +1,1 @@
+"""Tuning: what is asked for, driving it, and what is written."""
