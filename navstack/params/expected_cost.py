@@ -99,7 +99,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [-] how likely most people make way, before anybody was met; 0: nobody ever does
     yielding_prior: Annotated[float, within(0.0, 0.9)] = 0.0
     # [-] of what a person costs that falls away where it surely makes way
-    yielding_share: Annotated[float, within(0.0, 1.0)] = 0.9
+    yielding_share: Annotated[float, within(0.0, 1.0)] = 0.97
     yielding_time: Positive = 1.0  # [s] until who makes way is out of the way
     unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast
     wall_std: NotNegative = 0.03  # [m] of the distance to what does not move

@@ -27,8 +27,10 @@ _RELAXATION = 0.6
 _FEW, _MOST = 0.02, 0.9
 _LOOK = 0.4  # [s] over which a change of somebody's velocity is measured
 _LEAST = 0.1  # [m/s] of change by the robot below which a look says nothing
+_ALONE = 1.5  # [m] of somebody else, within which a look tells of both, not of the robot
 # Fitted to tracked people who notice the robot, and who do not:
-_SHARE = 0.5  # of the change that the force makes
+_SHARE = 0.4  # of the change that the force makes
+_SHARE_STD = 0.25  # of that change, by which people differ
 _STD = 0.1  # [m/s] along x and y, beside that change
 _OTHERWISE = 0.3  # [-] of looks at which somebody turns or slows for another reason
 _OTHERWISE_STD = 0.3  # [m/s] then
@@ -46,6 +48,7 @@ class _Look:
     velocity: tuple[float, float]  # [m/s] then
     felt: tuple[float, float]  # [m/s] what the force had changed then
     change: tuple[float, float]  # [m/s] what it has changed by now
+    is_alone: bool  # whether nobody else was near
 
 
 class MakingWay:
@@ -79,21 +82,23 @@ class MakingWay:
         self._looks = {}
         x = pose.x + self._centre * math.cos(pose.yaw)
         y = pose.y + self._centre * math.sin(pose.yaw)
-        for track in tracks:
+        for track, apart in zip(tracks, distances_apart(tracks), strict=True):
+            is_alone = bool(apart > _ALONE)
             look = before.get(track.id)
             velocity = (track.vx, track.vy)
             ax, ay = force_on(track.x - x, track.y - y, self._radius + track.radius)
             if look is None:
                 felt = (_RELAXATION * ax, _RELAXATION * ay)  # as if nothing had changed for long
-                self._looks[track.id] = _Look(stamp, velocity, felt, felt)
+                self._looks[track.id] = _Look(stamp, velocity, felt, felt, is_alone)
                 continue
+            look.is_alone = look.is_alone and is_alone
             look.change = (
                 look.change[0] + elapsed * (ax - look.change[0] / _RELAXATION),
                 look.change[1] + elapsed * (ay - look.change[1] / _RELAXATION),
             )
             if stamp - look.stamp >= _LOOK:
                 self._judge(track, look)
-                look = _Look(stamp, velocity, look.change, look.change)
+                look = _Look(stamp, velocity, look.change, look.change, is_alone)
             self._looks[track.id] = look
 
     def chances(self, tracks: Sequence[Track]) -> FloatArray:
@@ -117,7 +122,7 @@ class MakingWay:
             _SHARE * (look.change[0] - look.felt[0]),
             _SHARE * (look.change[1] - look.felt[1]),
         )
-        if math.hypot(*expected) < _SHARE * _LEAST:
+        if not look.is_alone or math.hypot(*expected) < _SHARE * _LEAST:
             return
         change = (track.vx - look.velocity[0], track.vy - look.velocity[1])
         odds = self._odds.get(track.id, 0.0) + log_likelihood_ratio(change, expected)
@@ -137,7 +142,8 @@ def force_on(dx: float, dy: float, radii: float) -> tuple[float, float]:
 def log_likelihood_ratio(change: tuple[float, float], expected: tuple[float, float]) -> float:
     """Log-odds, by a change of velocity [m/s], that somebody changes it as ``expected`` [m/s]."""
     off = math.hypot(change[0] - expected[0], change[1] - expected[1])
-    return math.log(_density(off) / _density(math.hypot(*change)))
+    std = math.hypot(_STD, _SHARE_STD / _SHARE * math.hypot(*expected))
+    return math.log(_density(off, std) / _density(math.hypot(*change), _STD))
 
 
 def of_the_place(odds: float) -> float:
@@ -146,8 +152,16 @@ def of_the_place(odds: float) -> float:
     return math.log((_MOST * ratio + 1.0 - _MOST) / (_FEW * ratio + 1.0 - _FEW))
 
 
-def _density(off: float) -> float:
+def distances_apart(tracks: Sequence[Track]) -> FloatArray:
+    """Distance (n,) [m] from each of the tracks to the nearest other one; infinite: none."""
+    places = np.array([(track.x, track.y) for track in tracks]).reshape(-1, 2)
+    apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
+    np.fill_diagonal(apart, math.inf)
+    return apart.min(axis=1, initial=math.inf)
+
+
+def _density(off: float, std: float) -> float:
     """How dense changes of velocity are ``off`` [m/s] from the expected one, times 2 pi."""
-    usual = (1.0 - _OTHERWISE) * math.exp(-0.5 * (off / _STD) ** 2) / _STD**2
+    usual = (1.0 - _OTHERWISE) * math.exp(-0.5 * (off / std) ** 2) / std**2
     otherwise = _OTHERWISE * math.exp(-0.5 * (off / _OTHERWISE_STD) ** 2) / _OTHERWISE_STD**2
     return usual + otherwise + _ANYTHING

@@ -12,6 +12,7 @@ from navstack.control.contact_risk import body_of
 from navstack.control.controller import Surroundings
 from navstack.control.expected_cost.making_way import (
     MakingWay,
+    distances_apart,
     force_on,
     log_likelihood_ratio,
     of_the_place,
@@ -21,7 +22,7 @@ from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 from .expected_cost_twin import FOOTPRINT, PARAMS, prediction, street
 from .test_expected_cost import make
 
-PRIOR = 0.5  # that most people make way; of params/nav2/expected_cost_yielding.yaml
+PRIOR = 0.5  # that most people make way
 UNKNOWN = 0.46  # how likely a stranger makes way then: half of 2 %, and half of 90 %
 DT = 1.0 / 15.0  # [s]
 NOISE = 0.05  # [m/s] of a track's velocity
@@ -53,8 +54,20 @@ def stopping(t, place, velocity, away):
     return velocity
 
 
-def meet(estimator, rng, walk, number=0, place=(8.0, 0.1), velocity=(-1.3, 0.0), begins=0.0):
-    """An encounter; how likely the person makes way (n,) after each cycle."""
+def meet(
+    estimator,
+    rng,
+    walk,
+    number=0,
+    place=(8.0, 0.1),
+    velocity=(-1.3, 0.0),
+    begins=0.0,
+    beside=None,
+):
+    """An encounter; how likely the person makes way (n,) after each cycle.
+
+    ``beside`` (2,) [m] is where somebody else walks, from this person.
+    """
     place = np.array(place)
     velocity = np.array(velocity)
     found = []
@@ -67,8 +80,13 @@ def meet(estimator, rng, walk, number=0, place=(8.0, 0.1), velocity=(-1.3, 0.0),
         place = place + DT * velocity
         seen = velocity + rng.normal(0.0, NOISE, 2)
         track = Track(number, stamp, *place, *seen, 0.3, np.eye(4))
-        estimator.observe((track,), pose, stamp)
-        found.append(estimator.chances((track,))[0])
+        tracks = [track]
+        if beside is not None:
+            tracks.append(
+                dataclasses.replace(track, id=98, x=track.x + beside[0], y=track.y + beside[1])
+            )
+        estimator.observe(tracks, pose, stamp)
+        found.append(estimator.chances(tracks)[0])
     return np.array(found)
 
 
@@ -129,13 +147,15 @@ def test_those_who_were_met_tell_what_to_expect_of_the_others():
 def test_the_evidence_is_bayes_rule():
     """The ratio of two mixtures of normal distributions, and of two shares of people."""
 
-    def density(x, y):
+    def density(x, y, usual):
         def normal(std):
             return math.exp(-0.5 * (x * x + y * y) / std**2) / (2.0 * math.pi * std**2)
 
-        return 0.7 * normal(0.1) + 0.3 * normal(0.3)
+        return 0.7 * normal(usual) + 0.3 * normal(0.3)
 
-    ratio = density(0.2 - 0.15, -0.1 - 0.05) / density(0.2, -0.1)
+    felt = math.hypot(0.15, 0.05) / 0.4  # [m/s] of which people make 0.4, give or take 0.25
+    aware = density(0.2 - 0.15, -0.1 - 0.05, math.hypot(0.1, 0.25 * felt))
+    ratio = aware / density(0.2, -0.1, 0.1)
     assert log_likelihood_ratio((0.2, -0.1), (0.15, 0.05)) == approx(math.log(ratio))
     assert of_the_place(0.0) == approx(0.0)
     assert of_the_place(math.log(4.0)) == approx(math.log((0.9 * 4.0 + 0.1) / (0.02 * 4.0 + 0.98)))
@@ -150,6 +170,26 @@ def test_no_change_and_no_number_of_people_is_too_much():
             track = Track(number, stamp, x, 0.0, -1.3, 0.0, 0.3, np.eye(4))
             found.observe((track,), Pose2D(), stamp)
     assert found.chances((track,))[0] < 0.02
+
+
+def test_who_is_in_a_crowd_shows_nothing():
+    """Somebody swerves, with somebody else 1 m away."""
+    alone = estimator()
+    meet(alone, default_rng(0), swerving)
+    crowded = estimator()
+    found = meet(crowded, default_rng(0), swerving, beside=(0.0, 1.0))
+    stranger = Track(99, 0.0, 50.0, 0.0, 0.0, 0.0, 0.3, np.eye(4))
+    assert alone.chances((stranger,))[0] > 0.7
+    assert found == approx(UNKNOWN)
+    assert crowded.chances((stranger,))[0] == approx(UNKNOWN)
+
+
+def test_distances_apart():
+    places = ((0.0, 0.0), (3.0, 4.0), (3.0, 5.0))
+    tracks = [Track(0, 0.0, x, y, 0.0, 0.0, 0.3, np.eye(4)) for x, y in places]
+    assert distances_apart(tracks) == approx((5.0, 1.0, 1.0))
+    assert distances_apart(tracks[:1]) == approx((math.inf,))
+    assert distances_apart(()).shape == (0,)
 
 
 def test_a_pause_begins_all_looks_anew():
