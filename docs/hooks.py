@@ -15,7 +15,7 @@ from navbench.api.listing import worlds
 from navstack.params.lint.rules import catalog
 
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
-STUDIES = ("study", "evasive_study", "measured", "published_2", "published_3", "helsinki")
+STUDIES = ("measured", "published_3", "helsinki")
 LINK_TO_CATALOG = "[`catalog.toml`](../harness/metrics/catalog.toml)"
 
 
@@ -24,7 +24,6 @@ def on_files(files: Files, *, config: Any) -> Files:
     for name in STUDIES:
         page = (BASELINE / name / "index.md").read_text(encoding="utf-8")
         page = page.replace("](figures/", f"]({name}/").replace("](../../../docs/", "](")
-        page = page.replace("](../published_3/index.md", "](published_3.md")
         files.append(File.generated(config, f"{name}.md", content=page))
         for figure in sorted((BASELINE / name / "figures").glob("*.png")):
             files.append(File.generated(config, f"{name}/{figure.name}", abs_src_path=str(figure)))

@@ -1,10 +1,9 @@
-"""The studies that this project publishes, of params/suites.
+"""Studies of params/suites that this project publishes.
 
-Every stack, the best on fresh missions, measured people, bad fixes, many people.
+Measured people, bad fixes, many people; tools/frozen_world has every stack in the default world.
 
-Usage: python -m tools.published_study [--suite published|evasive|measured|urban|crowds]
-           [--episodes N] [--stack NAME] [--map NAME] [--world NAME] [--workers N] [--out FOLDER]
-           [--render]
+Usage: python -m tools.published_study [--suite measured|urban|crowds] [--episodes N]
+           [--stack NAME] [--map NAME] [--world NAME] [--workers N] [--out FOLDER] [--render]
 
 What FOLDER (of results/baseline) holds is kept and added to, so a
 study can be driven in pieces, on one checkout after the other: --episodes 100 drives the first
@@ -28,14 +27,7 @@ from navbench.cli.signals import run_script
 from navstack.errors import NavstackError
 
 ROOT = Path(__file__).resolve().parents[1]
-# suite -> folder in results/baseline
-FOLDERS = {
-    "published": "study",
-    "evasive": "evasive_study",
-    "measured": "measured",
-    "urban": "urban",
-    "crowds": "crowds",
-}
+SUITES = ("measured", "urban", "crowds")  # each has a folder in results/baseline
 BASELINE = ROOT / "results" / "baseline"
 
 
@@ -62,7 +54,7 @@ def main() -> None:
         "--world", help="a name of params/worlds or a file; default: the suite's own"
     )
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--suite", choices=tuple(FOLDERS), default="published")
+    parser.add_argument("--suite", choices=SUITES, default=SUITES[0])
     parser.add_argument(
         "--out", type=Path, help="default: the study's own folder in results/baseline"
     )
@@ -70,8 +62,8 @@ def main() -> None:
         "--render", action="store_true", help="drive nothing: page, figures and tables anew"
     )
     asked = parser.parse_args()
-    status, name = 0, FOLDERS[asked.suite]
-    out = asked.out or BASELINE / name
+    status = 0
+    out = asked.out or BASELINE / asked.suite
     try:
         if asked.render:
             if not (out / DECLARATION).is_file():

@@ -12,7 +12,7 @@ import pytest
 from harness.episode.files import rules_of
 from harness.storage.checksums import write_checksums
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
-from harness.storage.shipped import DEFAULT_WORLD, names, shipped
+from harness.storage.shipped import DEFAULT_WORLD, shipped
 from harness.study.drive import TABLES
 from harness.study.suite import Portion, cells, load_suite
 from harness.study.suite_folder import begin, declare
@@ -96,29 +96,14 @@ def test_the_example_is_a_suite() -> None:
     assert len(cells(suite)) == 2 * 8
 
 
-def test_the_published_study_has_every_stack_on_three_maps() -> None:
-    suite = load_suite(shipped("params") / "suites" / "published.yaml")
-    shipped_stacks = names(shipped("params") / "stacks")
-    fresh = [name for name in shipped_stacks if name.startswith("evasive")]  # seed 4000's
-    # for later versions of the world
-    later = [name for name in shipped_stacks if name.endswith("-seen") or "-contact-" in name]
-    # for another robot, in a suite of its own
-    barn = [name for name in shipped_stacks if name.startswith("jackal")]
-    elsewhere = ["ros2"]  # another program's
-    assert sorted((*suite.stacks, *fresh, *later, *barn, *elsewhere)) == shipped_stacks, (
-        "published.yaml lacks a stack"
-    )
-    assert (len(suite.maps), suite.episodes, len(suite.seeds)) == (3, 400, 1)
-
-
 def test_a_portion_takes_some_stacks_on_some_maps() -> None:
-    suite = load_suite(shipped("params") / "suites" / "published.yaml")
-    portion = Portion(stacks=("parked", "paper-gps"), maps=("sidewalk_2",))
+    suite = load_suite(shipped("params") / "suites" / "measured.yaml")
+    portion = Portion(stacks=("paper-amcl", "paper-gps"), maps=("sidewalk_2",))
     assert [(cell.stack, cell.condition.map_name) for cell in portion.cells(suite)] == [
         ("paper-gps", "sidewalk_2"),
-        ("parked", "sidewalk_2"),
+        ("paper-amcl", "sidewalk_2"),
     ]
-    assert portion.options == " --stack parked --stack paper-gps --map sidewalk_2"
+    assert portion.options == " --stack paper-amcl --stack paper-gps --map sidewalk_2"
     assert Portion(stacks=("my stack.yaml",)).options == " --stack 'my stack.yaml'"
 
 

@@ -7,7 +7,8 @@ Usage: python -m tools.frozen_world [--tables] [--workers N] [--stack NAME] [--p
 
 Stacks drive seed 8000, 400 deliveries at every place: three generated maps and the published one,
 if NAVSTACK_DATA names a folder with costnav/sidewalk.png and sidewalk_navmesh.png. Nothing was
-fitted to them. --tables drives nothing; --stack and --place, repeatable, drive some of the cells.
+fitted to them. Tables are of the cells that are driven, which may be some: the rest goes on later.
+--tables drives nothing; --stack and --place, repeatable, drive some of the cells.
 Run folders are in FOLDER (results/frozen_world), packed ones in results/baseline/published_3. With
 another seed nothing is packed, and the page stays as it is.
 """

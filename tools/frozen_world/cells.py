@@ -30,7 +30,26 @@ METHODS = {  # stack -> published method that it stands for
     GEOMETRY: "nav2_amcl",
 }
 # the first is the one that margins are held against
-EARNING = ("nav2-gps-ekf", "mpc-gps-ekf", "evasive-gps-ekf", "mppi-contact-gps-ekf")
+EARNING = (
+    "nav2-gps-ekf",
+    "mpc-gps-ekf",
+    "evasive-gps-ekf",
+    "mppi-contact-gps-ekf",
+    "dwb-contact-gps-ekf",
+    "mppi-gps-ekf",
+    "evasive-amcl-gps",
+    "evasive-yielding-gps-ekf",
+    "smac-gps-ekf",
+    "ompl-gps-ekf",
+    "nav2-amcl-gps",
+    "nav2-gps",
+    "nav2-stock",
+    "rpp-gps-ekf",
+    "graceful-gps-ekf",
+    "evasive-amcl",
+    "nav2-amcl",
+    "rpp-gps",
+)
 # [m] of the images, by the published file and by correlation with it
 MESH_CORNER, GEOMETRY_CORNER = -100.875, -100.775
 
@@ -50,14 +69,13 @@ CELLS = [
     Cell(GEOMETRY, OWN_MAP),
     Cell("parked", OWN_MAP),
     *(Cell(stack, OWN_MAP) for stack in ("paper-gps-seen", "paper-amcl-seen")),
-    *(Cell(stack, OWN_MAP) for stack in EARNING),
     *(Cell("paper-gps", place) for place in CURBS if place != OWN_MAP),
-    *(Cell(stack, place) for stack in EARNING for place in MAIN_PLACES[:3]),
     *(
         Cell(stack, place)
         for stack in ("paper-gps", "paper-amcl", "parked", "paper-gps-seen", "paper-amcl-seen")
         for place in MAIN_PLACES[:3]
     ),
+    *(Cell(stack, place) for stack in EARNING for place in MAIN_PLACES),
 ]
 
 
