@@ -264,7 +264,7 @@ def _load(folder: Path) -> StoredRun:
             carries=carries,
             localizer=localizer,
             errors=rows.values("stack").count(name) - finished.values("stack").count(name),
-            rows=finished.where(name.__eq__, "stack"),
+            rows=_in_order(finished.where(name.__eq__, "stack")),
             data_collection=is_trained,
         )
         for name, carries, localizer, is_trained in about["stacks"]
@@ -272,6 +272,17 @@ def _load(folder: Path) -> StoredRun:
     events = read_rows(folder / "events.parquet", EVENT_COLUMNS)
     check_events(events, folder / "events.parquet")
     return StoredRun(folder, about, stacks, events)
+
+
+def _in_order(rows: Rows) -> Rows:
+    """Rows by seed and episode.
+
+    A table has them so, unless somebody shuffled it: random numbers of intervals and tests are
+    drawn for rows in their order.
+    """
+    keys = list(zip(rows.values("seed"), rows.values("episode"), strict=True))
+    places = [tuple((each is None, each) for each in key) for key in keys]
+    return rows.take(sorted(range(len(rows)), key=places.__getitem__))
 
 
 def _described(folder: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from scipy.stats import ttest_rel
 
@@ -126,6 +127,15 @@ def test_two_stacks_of_one_folder(write_run):
     )
     with pytest.raises(InputError, match=r"has 2 stacks; choose one of: .*run:one, .*run:two"):
         compared(run, run)
+
+
+def test_the_order_of_a_table_tells_nothing(write_run):
+    first = write_run("a", change=slower)
+    before = compared(first, write_run("b", change=faster))
+    file = first / "episodes.parquet"
+    table = pq.read_table(file)
+    pq.write_table(table.take(np.random.default_rng(1).permutation(len(table))), file)
+    assert compared(first, first.parent / "b") == before
 
 
 def test_names_of_folders_and_stacks_may_have_colons(write_run, navbench):

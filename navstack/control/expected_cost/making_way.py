@@ -157,7 +157,8 @@ def distances_apart(tracks: Sequence[Track]) -> FloatArray:
     places = np.array([(track.x, track.y) for track in tracks]).reshape(-1, 2)
     apart = np.hypot(*(places[:, None] - places).transpose(2, 0, 1))
     np.fill_diagonal(apart, math.inf)
-    return apart.min(axis=1, initial=math.inf)
+    nearest: FloatArray = apart.min(axis=1, initial=math.inf)
+    return nearest
 
 
 def _density(off: float, std: float) -> float:
