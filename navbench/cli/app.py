@@ -123,12 +123,12 @@ def _status(arguments: list[str] | None, program: click.Command = app) -> int:
     except (KeyboardInterrupt, click.Abort):  # which is a RuntimeError
         return _complain("interrupted", 130)
     except Exception as error:
+        message = _of_the_system(error)
+        if message:
+            return _complain(message, 1)
         if was_told_to_stop():  # and a library made another error of it
             return _complain("interrupted", 130)
-        message = _of_the_system(error)
-        if not message:
-            raise
-        return _complain(message, 1)
+        raise
     return 0
 
 

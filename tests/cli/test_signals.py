@@ -1,6 +1,8 @@
 """Scripts that are told to stop."""
 
+import contextlib
 import ctypes
+import errno
 import os
 import signal
 import sys
@@ -90,3 +92,18 @@ def broken() -> None:
 def test_an_error_is_no_interrupt() -> None:
     with pytest.raises(RuntimeError, match="a fault"):
         main([], broken)
+
+
+@click.command()
+def summing_up() -> None:
+    """Obey an interrupt, and find no room for what is kept."""
+    with contextlib.suppress(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_full_disk_after_an_interrupt_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as leaving:
+        main([], summing_up)
+    assert leaving.value.code == 1
+    assert "No space left on device" in capsys.readouterr().err
