@@ -5,37 +5,38 @@ Usage: python -m tools.readme_figures [--check]
 Those of README.md are of results/baseline/WORLD, where WORLD is the default world, or the newest
 stored version of the paper's world as long as the default has none: 400 deliveries of each stack on
 each map that all of them have driven, and on the paper's own map. The page of streets is
-results/baseline/helsinki/index.md. --check writes nothing, and fails where a page has other
-figures.
+results/baseline/helsinki/index.md, that of harder cities results/baseline/hard.md. --check writes
+nothing, and fails where a page has other figures.
 """
 
 import argparse
-import dataclasses
 import sys
-from pathlib import Path
 
-from harness.analysis.rare import difference_with_unseen, reach_of
-from harness.economics.rates import event_rates
-from harness.economics.unseen import margin_admitting_unseen
-from harness.economics.valuation import margins, missions
+from harness.analysis.rare import difference_with_unseen
+from harness.economics.valuation import missions
 from harness.report.markdown import table, wrapped
 from harness.report.numbers import interval_text, number_text
 from harness.report.published import PublishedMethod, load_published
-from harness.statistics.interval import wilson_interval
-from harness.storage.manifest_file import read_manifest
 from harness.storage.rows import values
 from harness.storage.shipped import DEFAULT_WORLD, shipped, synonyms
 from harness.study.stored_run import StoredRun, load_run
 from harness.world.outcome import OUTCOMES
-from navstack.types import FloatArray
+from tools.hard_cities import PAGE, page_figures, summary
+from tools.stored_figures import (
+    BASELINE,
+    MAPS,
+    ROOT,
+    margin_text,
+    margins_of,
+    pooled,
+    rate_text,
+    share,
+    speed_text,
+    stacks_at,
+)
 
-ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-BASELINE = ROOT / "results" / "baseline"
 STREETS = BASELINE / "helsinki"  # packed runs, by their sensors
-MAPS = ("sidewalk", "sidewalk_1", "sidewalk_2")
-# packed runs of harder cities, by their folder in results/baseline, and what is hard
-HARD = {"urban": "Between houses (`rtk_urban`)"}  # its folder of worlds
 PAPERS_MAP = "costnav"  # the paper's own, imported; it is not shipped
 STACKS = ("evasive-gps-ekf", "mppi-contact-gps-ekf", "mpc-gps-ekf", "nav2-gps-ekf")
 GPS, AMCL = "paper-gps", "paper-amcl"  # the paper's stacks, as this program drives them
@@ -61,77 +62,31 @@ def world_name(folder: str) -> str:
     return synonyms(folder, shipped("params") / "worlds")[0]
 
 
-def stacks_at(world: str, place: str) -> list[str]:
-    """The stacks that have driven at a place."""
-    run = BASELINE / world / place
-    if not (run / "run.json").is_file():
-        return []
-    return [stack["name"] for stack in read_manifest(run)["stacks"]]
-
-
 def maps_of(world: str) -> tuple[str, ...]:
     """The shipped maps on which all of the stacks have driven."""
     return tuple(name for name in MAPS if set(STACKS) <= set(stacks_at(world, name)))
 
 
-def pooled(world: str, stack: str, maps: tuple[str, ...]) -> StoredRun:
-    """The deliveries of a stack on some maps as one run."""
-    runs = [load_run(f"{BASELINE / world / place}:{stack}") for place in maps]
-    rows = [dict(row) for run in runs for row in run.stacks[0].rows]
-    return dataclasses.replace(runs[0], stacks=(dataclasses.replace(runs[0].stacks[0], rows=rows),))
-
-
-def margins_of(run: StoredRun) -> FloatArray:
-    """What each delivery earns less what it costs [USD], shape (n,)."""
-    found = margins(run.stacks[0].rows, run.prices())
-    assert found is not None, "cargo is simulated in these worlds"
-    return found
-
-
-def share(run: StoredRun, outcome: str) -> str:
-    """Of deliveries that ended so, with Wilson's interval."""
-    ends = values(run.stacks[0].rows, "outcome")
-    return interval_text(wilson_interval(ends.count(outcome), len(ends)), 3)
-
-
 def study_row(run: StoredRun) -> list[str]:
     """What a stack did, as README has it."""
-    rows = run.stacks[0].rows
-    rate = event_rates(rows, run.prices())["contacts_per_1000_km"]
-    margin = margin_admitting_unseen(margins_of(run), reach_of(run), missions(rows), run.seed)
     return [
         f"`{run.stacks[0].name}`",
-        interval_text(margin),
+        margin_text(run),
         share(run, "sla"),
-        interval_text(rate, 0),
+        rate_text(run, "contacts_per_1000_km"),
     ]
-
-
-def hard_table(world: str) -> str:
-    """What stacks did in a harder city, the best first, on all maps that they have driven."""
-    stacks = {place: stacks_at(world, place) for place in MAPS}
-    maps = tuple(place for place, names in stacks.items() if names)
-    runs = [pooled(world, stack, maps) for stack in stacks[maps[0]]]
-    runs.sort(key=lambda run: -margins_of(run).mean())
-    count = len(runs[0].stacks[0].rows)
-    where = ", ".join(f"`{place}`" for place in maps)
-    intro = wrapped(f"**{HARD[world]}**, {where}, {count} deliveries of each stack:")
-    return f"{intro}\n\n{table(HEAD, [*map(study_row, runs)])}\n\n"
 
 
 def street_row(run: StoredRun) -> list[str]:
     """What a stack did on streets, as its page has it."""
-    (stack,) = run.stacks
-    rates = event_rates(stack.rows, run.prices())
-    margin = margin_admitting_unseen(margins_of(run), reach_of(run), missions(stack.rows), run.seed)
     return [
         f"`{run.folder.name}`",
-        f"`{stack.name}`",
+        f"`{run.stacks[0].name}`",
         share(run, "sla"),
-        interval_text(margin),
-        interval_text(rates["contacts_per_1000_km"], 0),
-        interval_text(rates["interventions_per_1000_km"], 0),
-        f"{sum(values(stack.rows, 'distance_m')) / sum(values(stack.rows, 'duration_s')):.2f}",
+        margin_text(run),
+        rate_text(run, "contacts_per_1000_km"),
+        rate_text(run, "interventions_per_1000_km"),
+        speed_text(run),
     ]
 
 
@@ -192,8 +147,7 @@ def figures() -> str:
     verdict = wrapped(
         f"`{STACKS[0]}` earns {interval_text(difference)} USD a delivery more than `{STACKS[-1]}`."
     )
-    hard = "".join(map(hard_table, HARD))
-    return f"{intro}\n\n{table(HEAD, rows)}\n\n{verdict}\n\n{hard}{papers_rows(world)}\n"
+    return f"{intro}\n\n{table(HEAD, rows)}\n\n{verdict}\n\n{summary()}\n{papers_rows(world)}\n"
 
 
 def injury_text(run: StoredRun) -> str:
@@ -239,7 +193,12 @@ def main() -> None:
     )
     parser.add_argument("--check", action="store_true", help="write nothing")
     asked = parser.parse_args()
-    for page, content in ((README, figures()), (STREETS / "index.md", street_figures())):
+    pages = {
+        README: figures(),
+        STREETS / "index.md": street_figures(),
+        PAGE: page_figures(),
+    }
+    for page, content in pages.items():
         text = page.read_text(encoding="utf-8")
         wanted = filled(text, content)
         if asked.check and wanted != text:

@@ -690,7 +690,7 @@ def test_a_set_has_terms_and_prices_of_its_own_and_is_kept_whole(tmp_path):
 
     So published prices are dumped as ever.
     """
-    study = Path(__file__).parents[2] / "results" / "baseline" / "controllers"
+    study = Path(__file__).parents[2] / "results" / "baseline" / "urban" / "sidewalk_1"
     stored = load_yaml(parameter_folder(study) / "prices.yaml")
     assert load_text(dump_dataclass(load_prices()), "dump") == stored
     for name in price_sets():

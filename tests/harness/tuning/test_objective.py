@@ -17,7 +17,7 @@ from harness.tuning.progress import expected_gain
 from harness.tuning.stack_evaluator import SHARED_FAULT, margin_of
 from navstack.errors import InputError
 
-CONTROLLERS = Path(__file__).parents[3] / "results" / "baseline" / "controllers"
+STORED = Path(__file__).parents[3] / "results" / "baseline" / "urban" / "sidewalk_1"
 RNG = np.random.default_rng(3)
 ROWS: list[dict[str, Any]] = [
     {
@@ -151,7 +151,7 @@ def test_capped_margins_count_no_delivery_for_more_than_the_cap() -> None:
 
 def test_shared_margin_pays_for_soft_contacts_by_the_share_of_the_fault() -> None:
     prices = load_prices("costnav")
-    row: dict[str, Any] = read_rows(CONTROLLERS / "episodes.parquet", EPISODE_COLUMNS)[0]
+    row: dict[str, Any] = read_rows(STORED / "episodes.parquet", EPISODE_COLUMNS)[0]
     row |= {"pedestrian_injury_usd": 0.0, "pedestrian_contacts": 0, "outcome": "sla"}
     row[MARGIN] = margin_of(row, prices)
     assert row[MARGIN] is not None
