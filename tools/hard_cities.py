@@ -21,7 +21,7 @@ from tools.stored_figures import (
     total,
 )
 
-PAGE = BASELINE / "hard.md"
+PAGE = BASELINE / "hard" / "index.md"
 SHORTEST_SPEED = 2.0  # [m/s] at which the shortest way would be driven
 # of README's table: the first that has driven in a city
 COLUMNS = (
@@ -77,7 +77,9 @@ def summary() -> str:
         count = len(city.runs[0].stacks[0].rows)
         rows.append([city.title, str(count), *cells])
     heads = [f"`{names[0]}`" for names in COLUMNS]
-    intro = wrapped("**Harder cities**, margins again ([all stacks](results/baseline/hard.md)):")
+    intro = wrapped(
+        "**Harder cities**, margins again ([all stacks](results/baseline/hard/index.md)):"
+    )
     return f"{intro}\n\n{table(['city', 'n', *heads], rows)}\n"
 
 
