@@ -340,7 +340,7 @@ def test_a_published_study_counts_every_row_that_is_stored():
         len(read_rows(path, {"episode": "int64"})) for path in folder.glob("*/episodes.parquet")
     )
     assert sum(row["episodes"] + row["errors"] for row in rows) == stored, (
-        "published_study.py --render"
+        "navbench suite --resume results/baseline/measured"
     )
     text = (folder / "index.md").read_text(encoding="utf-8")
     assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
