@@ -5,8 +5,8 @@ Usage: python -m tools.readme_figures [--check]
 Those of README.md are of results/baseline/WORLD, where WORLD is the default world, or the newest
 stored version of the paper's world as long as the default has none: 400 deliveries of each stack on
 each map that all of them have driven, and on the paper's own map. The page of streets is
-results/baseline/helsinki/index.md, that of harder cities results/baseline/hard/index.md. --check writes
-nothing, and fails where a page has other figures.
+results/baseline/helsinki/index.md, that of harder cities results/baseline/hard/index.md. --check
+writes nothing, and fails where a page has other figures.
 """
 
 import argparse
