@@ -15,7 +15,7 @@ from navbench.api.listing import worlds
 from navstack.params.lint.rules import catalog
 
 BASELINE = Path(__file__).resolve().parents[1] / "results" / "baseline"
-STUDIES = ("hard", "measured", "published_3", "helsinki")
+STUDIES = ("study", "hard", "measured", "published_3", "helsinki")
 LINK_TO_CATALOG = "[`catalog.toml`](../harness/metrics/catalog.toml)"
 
 

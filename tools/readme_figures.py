@@ -142,7 +142,8 @@ def figures() -> str:
     intro = wrapped(
         f"**World `{world_name(world)}`{default}, {word} {where}, {n} deliveries of "
         f"each stack on the same missions.** In brackets: [95 % "
-        "intervals](docs/tables.md#how-to-read-an-interval)."
+        "intervals](docs/tables.md#how-to-read-an-interval). [All "
+        "stacks](results/baseline/study/index.md)."
     )
     verdict = wrapped(
         f"`{STACKS[0]}` earns {interval_text(difference)} USD a delivery more than `{STACKS[-1]}`."

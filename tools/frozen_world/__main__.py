@@ -1,6 +1,7 @@
 """World ``paper_loose_bucket`` beside the published rows.
 
-Drives what is not kept, writes the tables of results/baseline/published_3/index.md.
+Drives what is not kept, writes the tables of results/baseline/published_3/index.md and the page
+of all stacks, results/baseline/study.
 
 Usage: python -m tools.frozen_world [--tables] [--workers N] [--stack NAME] [--place NAME]
            [--seed N --episodes N] [--work FOLDER]
@@ -32,6 +33,7 @@ from tools.frozen_world.cells import (
     published_map,
 )
 from tools.frozen_world.drive import Drive
+from tools.frozen_world.study_page import write_study
 from tools.frozen_world.tables import earnings, predictions, read, shares, standing
 
 PAGE = KEPT / "index.md"
@@ -92,6 +94,7 @@ def main() -> None:
             return
         before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
         write_text(PAGE, f"{before}{begin}\n\n{tables}\n\n{END}{rest.partition(END)[2]}")
+        write_study()
     except NavstackError as error:
         sys.exit(str(error))
 
