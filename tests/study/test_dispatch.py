@@ -27,6 +27,7 @@ STACKS = (
     "ompl-gps-ekf",
     "paper-gps",
     "rpp-gps-ekf",
+    "smac-gps-ekf",
 )
 SEED, MAP, PEOPLE = 42, "sidewalk_2", 40
 SECONDS = 8.0  # of each delivery
