@@ -12,7 +12,7 @@ from .test_walks import Walk
 
 pytestmark = pytest.mark.slow
 
-RUN = f"{ROOT / 'results' / 'baseline' / 'controllers'}:nav2-gps-ekf"
+RUN = f"{ROOT / 'results' / 'baseline' / 'urban' / 'sidewalk_1'}:nav2-gps-ekf"
 MOST_FILES = 3  # of the product that a new term may touch
 FEE = 0.25  # [USD/km]
 
