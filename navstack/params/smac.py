@@ -29,7 +29,7 @@ DUBIN, REEDS_SHEPP = "DUBIN", "REEDS_SHEPP"
 MODELS = (DUBIN, REEDS_SHEPP)
 UNLIMITED = 2**31 - 1
 Iterations = Annotated[int, Replaced(range(1, UNLIMITED), UNLIMITED)]  # 0 or less: no limit
-ITERATIONS_PER_SECOND = 40_000  # about what one core of an AMD EPYC does
+ITERATIONS_PER_SECOND = 500_000  # about what one core of an AMD EPYC does: 200,000 in 0.39 s
 # Headings of a search: with fewer no arc leads from one to the next, and each has a table of
 # motions; 720 are half a degree each.
 Bins = Annotated[int, within(4, 720)]

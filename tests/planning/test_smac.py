@@ -373,7 +373,7 @@ def test_a_search_ends_after_max_iterations():
 
 
 def test_planning_time_counts_as_iterations():
-    assert iterations_of(SmacHybridParams(max_planning_time=2.0)) == 80_000
+    assert iterations_of(SmacHybridParams(max_planning_time=1.5)) == 750_000
     assert iterations_of(SmacLatticeParams(max_planning_time=2.0, max_iterations=70)) == 70
     assert iterations_of(SmacHybridParams(max_planning_time=0.0)) == 1_000_000
 
