@@ -1,6 +1,7 @@
 """What stacks do where a city is harder than the default world, from stored deliveries."""
 
 from dataclasses import dataclass
+from functools import cache
 from statistics import fmean
 
 from harness.economics.valuation import value
@@ -48,13 +49,13 @@ class City:
         """Those that are driven."""
         return tuple(name for name in MAPS if stacks_at(self.folder, name))
 
-    @property
-    def runs(self) -> list[StoredRun]:
-        """What each stack did on all maps, the best first."""
-        found = [
-            pooled(self.folder, stack, self.maps) for stack in stacks_at(self.folder, self.maps[0])
-        ]
-        return sorted(found, key=lambda run: -margins_of(run).mean())
+
+@cache  # for both tables
+def runs_of(city: City) -> list[StoredRun]:
+    """What each stack did on all maps of a city, the best first."""
+    stacks = stacks_at(city.folder, city.maps[0])
+    found = [pooled(city.folder, stack, city.maps) for stack in stacks]
+    return sorted(found, key=lambda run: -margins_of(run).mean())
 
 
 CITIES = (
@@ -69,12 +70,12 @@ def summary() -> str:
     """README's table: what some stacks earn in each city."""
     rows = []
     for city in CITIES:
-        runs = {run.stacks[0].name: run for run in city.runs}
+        runs = {run.stacks[0].name: run for run in runs_of(city)}
         cells = []
         for names in COLUMNS:
             driven = [runs[name] for name in names if name in runs]
             cells.append(margin_text(driven[0]) if driven else NOT_DRIVEN)
-        count = len(city.runs[0].stacks[0].rows)
+        count = len(runs_of(city)[0].stacks[0].rows)
         rows.append([city.title, str(count), *cells])
     heads = [f"`{names[0]}`" for names in COLUMNS]
     intro = wrapped(
@@ -104,9 +105,9 @@ def page_row(city: City, run: StoredRun) -> list[str]:
 
 def page_figures() -> str:
     """The page's table: what every stack did in each city, the best first."""
-    rows = [page_row(city, run) for city in CITIES for run in city.runs]
+    rows = [page_row(city, run) for city in CITIES for run in runs_of(city)]
     counts = [
-        f"{city.title}: {len(city.runs[0].stacks[0].rows)} on "
+        f"{city.title}: {len(runs_of(city)[0].stacks[0].rows)} on "
         f"{', '.join(f'`{name}`' for name in city.maps)}"
         for city in CITIES
     ]

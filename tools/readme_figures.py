@@ -142,7 +142,7 @@ def figures() -> str:
     intro = wrapped(
         f"**World `{world_name(world)}`{default}, {word} {where}, {n} deliveries of "
         f"each stack on the same missions.** In brackets: [95 % "
-        "intervals](docs/tables.md#how-to-read-an-interval). [All "
+        "intervals](docs/tables.md#how-to-read-an-interval). [More "
         "stacks](results/baseline/study/index.md)."
     )
     verdict = wrapped(

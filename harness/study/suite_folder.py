@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.storage.documents import write_file
-from harness.storage.manifest_file import extend_run
+from harness.storage.manifest_file import extend_run, read_manifest
 from harness.storage.new_run import MANIFEST, create_run
 from harness.storage.parameters import parameter_folder
 from harness.storage.texts import quoted
@@ -60,12 +60,14 @@ def begin(path: Path, suite: Suite, cell: Cell, episodes: int, command: Sequence
 def run_of(path: Path, cell: Cell) -> str | None:
     """The run of a cell as :func:`harness.study.stored_run.load_run` takes it.
 
-    None: it has no tables yet.
+    None: it has no tables yet, and a packed run of its condition has other stacks only.
     """
     if (path / cell.name / TABLE).is_file():
         return str(path / cell.name)
-    if (path / cell.group / TABLE).is_file():
-        return f"{path / cell.group}:{cell.stack_name}"
+    packed = path / cell.group
+    if (packed / TABLE).is_file():
+        if cell.stack_name in [stack["name"] for stack in read_manifest(packed)["stacks"]]:
+            return f"{packed}:{cell.stack_name}"
     return None
 
 

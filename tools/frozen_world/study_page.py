@@ -5,7 +5,6 @@ from pathlib import Path
 
 from harness.report.suite.document import write_results
 from harness.report.suite.results import read_results
-from harness.storage.manifest_file import read_manifest
 from harness.storage.shipped import DEFAULT_WORLD
 from harness.study.suite import Suite, cells
 from harness.study.suite_folder import declare
@@ -26,10 +25,9 @@ SHIPPED = tuple(place for place in MAIN_PLACES if place != OWN_MAP)
 
 
 def write_study(folder: Path = STUDY) -> None:
-    """Write the page and its figures, of what is kept on the shipped maps."""
-    driven = {stack["name"] for place in SHIPPED for stack in read_manifest(KEPT / place)["stacks"]}
-    order = dict.fromkeys((*EARNING, *(cell.stack for cell in CELLS)))
-    stacks = tuple(stack for stack in order if stack in driven)
+    """Write the page and its figures, of what is kept and what is missing on the shipped maps."""
+    others = (cell.stack for cell in CELLS if cell.place in SHIPPED)
+    stacks = tuple(dict.fromkeys((*EARNING, *others)))
     suite = Suite(TITLE, stacks, EPISODES, maps=SHIPPED, worlds=(DEFAULT_WORLD,), seeds=(SEED,))
     with tempfile.TemporaryDirectory() as name:
         declared = Path(name)
