@@ -4,9 +4,13 @@ from dataclasses import dataclass
 from functools import cache
 from statistics import fmean
 
+import numpy as np
+
 from harness.economics.valuation import value
 from harness.report.markdown import table, wrapped
 from harness.report.numbers import interval_text
+from harness.statistics.bootstrap import percentile_interval, resampled_means
+from harness.statistics.interval import Interval
 from harness.storage.rows import values
 from harness.study.stored_run import StoredRun
 from tools.stored_figures import (
@@ -31,9 +35,11 @@ COLUMNS = (
     ("nav2-gps-ekf",),
 )
 NOT_DRIVEN = "–"
+BASE = "nav2-gps-ekf"  # whose time is held against the others'
 PAGE_HEAD = [
     *("city", "stack", "margin [USD/delivery]", "bootstrap alone", "in time, intact"),
-    *("contacts per 1000 km", "time / shortest", "speed [m/s]", "ghosts a scan"),
+    *("contacts per 1000 km", "time / shortest", f"time / `{BASE}`"),
+    *("speed [m/s]", "ghosts a scan"),
 ]
 
 
@@ -84,11 +90,20 @@ def summary() -> str:
     return f"{intro}\n\n{table(['city', 'n', *heads], rows)}\n"
 
 
+def times_over(run: StoredRun, base: StoredRun) -> Interval:
+    """Time of all deliveries over that of another stack on the same missions."""
+    pairs = np.array([values(each.stacks[0].rows, "duration_s") for each in (run, base)]).T
+    means = resampled_means(pairs, np.random.default_rng(run.seed))
+    ratio = float(pairs[:, 0].sum() / pairs[:, 1].sum())
+    return percentile_interval(ratio, means[:, 0] / means[:, 1], len(pairs))
+
+
 def page_row(city: City, run: StoredRun) -> list[str]:
     """What a stack did in a city."""
     (stack,) = run.stacks
     margin = value(stack.rows, stack, run.prices(), run.seed).intervals["contribution_margin"]
     shortest = total(run, "shortest_path_m") / SHORTEST_SPEED
+    (base,) = [each for each in runs_of(city) if each.stacks[0].name == BASE]
     ghosts = [each for each in values(stack.rows, "ghost_tracks") if each is not None]
     return [
         city.title,
@@ -98,6 +113,7 @@ def page_row(city: City, run: StoredRun) -> list[str]:
         share(run, "sla"),
         rate_text(run, "contacts_per_1000_km"),
         f"{total(run, 'duration_s') / shortest:.2f}",
+        NOT_DRIVEN if run is base else interval_text(times_over(run, base)),
         speed_text(run),
         f"{fmean(ghosts):.2f}" if ghosts else NOT_DRIVEN,
     ]
