@@ -6,7 +6,8 @@ The runs have the same map, seed, world, rules and prices, and each its own stac
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
 it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, of the
 summary, which follows from the rows, all but the economics, and of absolute paths all but names: a
-map is where it is given that name. --machine is noted where a run does not say itself on which
+map is where it is given that name. What files of world and rules do not name, as earlier versions
+knew it not, has today's defaults. --machine is noted where a run does not say itself on which
 machine it was driven.
 """
 
@@ -26,10 +27,14 @@ from harness.storage.documents import json_text
 from harness.storage.files import write_text
 from harness.storage.manifest_file import EXTENDED, extended_from, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
-from harness.storage.parameters import pack_parameters
+from harness.storage.parameters import PACKED, parameter_folder
+from harness.world.outcome import Rules
+from harness.world.world_params import WorldParams
 from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 TABLES = ("episodes", "events")
+COMPLETED = {"rules.yaml": Rules, "world.yaml": WorldParams}
 LEVEL = 22  # of zstandard: written once, read often
 OF_EACH = ("command", "program_sha256")  # of a manifest
 MAY_DIFFER = ("stacks", "machine", "policies_sha256", EXTENDED, OF_STACKS, *OF_EACH)
@@ -61,6 +66,23 @@ def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
     manifest = _together(runs, manifests, machine)
     write_text(out / MANIFEST, json_text({**manifest, "stacks": stacks}))
     write_checksums(out)
+
+
+def pack_parameters(runs: Sequence[Path], out: Path) -> None:
+    """Write the parameter files of runs, equal where they have the same name, as one file.
+
+    Raises:
+        InputError: two runs have different files of one name.
+    """
+    texts: dict[str, str] = {}
+    for run in runs:
+        for file in sorted(parameter_folder(run).iterdir()):
+            text = read_text(file)
+            if kind := COMPLETED.get(file.name):
+                text = dump_dataclass(load_dataclass(kind, file))
+            if texts.setdefault(file.name, text) != text:
+                raise InputError(f"'{run}' has another {file.name} than '{runs[0]}': pack it apart")
+    write_text(out / PACKED, json_text(texts))
 
 
 def write_small(rows: pa.Table, out: Path | BinaryIO) -> None:

@@ -27,6 +27,7 @@ REPEATABLE = ("run", "ablate", "tune")  # commands
 LENGTHENED = ("run", "ablate")  # whose --resume takes more --episodes
 NOT_REPEATED = ("--episodes", "--only", "--out")  # options with a value
 FEW = 20  # missions below which it is hardly known how many would decide
+MOST = 10_000  # missions beyond which it is only said that more would be needed
 DOUBT = "; an unseen loss could undo that"
 WORTH_FINDING = 1.0  # [USD/delivery] of a difference: what is smaller counts as none
 
@@ -104,6 +105,8 @@ def undecided(pair: PairedDifference, *runs: StoredRun) -> str:
         needed = needed or pair.fewest
     if needed is None:
         return text
+    if needed > MOST:
+        return f"; more than {MOST:,d} missions would be needed"
     guess = ""
     if pair.fewest <= pair.missions < FEW:
         guess = ", a guess by so few"
@@ -217,5 +220,7 @@ def _earning(side: Side, margin: Interval, unseen: Interval | None) -> str:
     needed = needed_for(margin)
     if needed is None or needed <= margin.n:
         return text
+    if needed > MOST:
+        return f"{text}; more than {MOST:,d} would be needed"
     more = f"; about {needed:,d} would decide, {needed - margin.n:,d} more"
     return _more(text + more, needed, run)

@@ -8,12 +8,9 @@ import atexit
 import json
 import shutil
 import tempfile
-from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-from harness.storage.documents import json_text
-from harness.storage.files import write_text
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
@@ -32,23 +29,6 @@ def parameter_folder(run: Path) -> Path:
     if folder.is_dir() or not packed.is_file():
         return folder
     return _unpacked(packed.absolute(), packed.stat().st_mtime_ns)
-
-
-def pack_parameters(runs: Sequence[Path], out: Path) -> None:
-    """Write the parameter files of runs, equal where they have the same name, as one file.
-
-    Raises:
-        InputError: two runs have different files of one name.
-    """
-    texts: dict[str, str] = {}
-    for run in runs:
-        for file in sorted(parameter_folder(run).iterdir()):
-            text = read_text(file)
-            known = texts.get(file.name, text)
-            if known != text:
-                raise InputError(f"'{run}' has another {file.name} than '{runs[0]}': pack it apart")
-            texts[file.name] = text
-    write_text(out / PACKED, json_text(texts))
 
 
 @lru_cache(maxsize=64)

@@ -16,7 +16,7 @@ from harness.report.comparison import comparison_blocks, winner
 from harness.report.numbers import number_text
 from harness.report.short.findings import short_comparison
 from harness.report.tuning.summary import _verdict
-from harness.report.verdict import earnings, rankings, repeated
+from harness.report.verdict import earnings, rankings, repeated, undecided
 from harness.statistics.interval import Interval
 from harness.study.stored_run import load_run
 
@@ -126,6 +126,16 @@ def test_a_stack_alone_is_told_how_many_deliveries_would_tell(write_run):
     (line,) = earnings([("mine", side, Interval(1.0, -1.0, 3.0, 20))])
     command = f"navbench run --resume {run.folder} --episodes 164"
     assert line.endswith(f"about 164 would decide, 144 more:\n  {command}")
+
+
+def test_no_command_is_told_for_more_deliveries_than_anybody_would_drive(write_run):
+    side = side_of(load_run(str(write_run("one", episodes=20, change=lossless, crowd=0.0))))
+    (line,) = earnings([("mine", side, Interval(0.1, -2.9, 3.1, 20))])
+    assert line.endswith("whether it earns; more than 10,000 would be needed")
+    change = worse_in(3, "physical_assistance")
+    good, bad = good_and_bad(write_run("run", ("good", "bad"), 9, change=change, crowd=0.0))
+    paired = dataclasses.replace(margin_of(compare(good, bad)).paired, variance=1e12)
+    assert undecided(paired, good.run) == "; more than 10,000 missions would be needed"
 
 
 def test_the_verdict_of_a_comparison_has_the_numbers_of_its_row(write_run):

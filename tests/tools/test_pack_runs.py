@@ -1,5 +1,6 @@
 """Stored studies: each column in its smallest encoding, every value as it was, all few files."""
 
+import dataclasses
 import json
 import subprocess
 from pathlib import Path
@@ -9,6 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from harness.world.outcome import Rules
+from navstack.errors import InputError
+from navstack.params.strict import dump_dataclass, load_dataclass
 from tools import pack_runs
 from tools.pack_runs import write_small
 
@@ -69,6 +73,30 @@ def test_runs_that_were_extended_at_different_numbers_tell_all_looks(tmp_path: P
     pack_runs._require_equal(runs, manifests)
     assert pack_runs._together(runs, manifests, "")["extended_from"] == [75, 100, 300]
     assert "extended_from" not in pack_runs._together(runs[2:], manifests[2:], "")
+
+
+@pytest.mark.parametrize(("way_back", "is_alike"), [(False, True), (True, False)])
+def test_rules_of_an_earlier_version_are_completed_by_todays(
+    tmp_path: Path, way_back: bool, is_alike: bool
+) -> None:
+    rules = load_dataclass(Rules, ROOT / "params" / "rules" / "costnav.yaml")
+    texts = {}
+    for name in ("earlier", "today"):
+        folder = tmp_path / name / "params"
+        folder.mkdir(parents=True)
+        texts[name] = dump_dataclass(dataclasses.replace(rules, way_back=way_back))
+        if name == "earlier":
+            texts[name] = texts[name].replace(f"way_back: {str(way_back).lower()}\n", "")
+        (folder / "rules.yaml").write_text(texts[name])
+    assert texts["earlier"] != texts["today"]
+    runs = [tmp_path / name for name in texts]
+    if is_alike:
+        pack_runs.pack_parameters(runs, tmp_path)
+        packed = json.loads((tmp_path / "parameters.json").read_text())
+        assert packed == {"rules.yaml": texts["today"]}
+    else:
+        with pytest.raises(InputError, match="another rules.yaml"):
+            pack_runs.pack_parameters(runs, tmp_path)
 
 
 def test_the_stored_studies_fit() -> None:

@@ -24,7 +24,7 @@ from harness.report.numbers import (
 )
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
-from harness.report.verdict import DOUBT, going_on, repeated, undecided
+from harness.report.verdict import DOUBT, MOST, going_on, repeated, undecided
 from harness.statistics.interval import wider
 from harness.storage.texts import quoted
 
@@ -58,12 +58,14 @@ def ablation_blocks(ablation: Ablation, figures: Sequence[Path], folder: Path) -
 def deciding(ablation: Ablation) -> list[str]:
     """The command that would decide all margins that are not significant, in a line.
 
-    None where arms drive no further than their margins are to be known.
+    None where arms drive no further than their margins are to be known, or it is hopeless.
     """
     if ablation.declaration.within is not None:
         return []
     open_ones = [each.paired for each in ablation.of(MARGIN) if not each.paired.is_significant]
     needed = max((pair.needed or pair.fewest for pair in open_ones if pair.differs), default=0)
+    if needed > MOST:
+        return []
     if command := needed and repeated(ablation.run, needed):
         return [f"to decide every margin: {command}"]
     return []
