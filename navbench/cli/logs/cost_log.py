@@ -78,7 +78,7 @@ def cost_log(
     \b
     Examples:
       navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml
-      navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml --prices today_us
+      navbench cost-log drive.mcap --robot my_robot.yaml --map my_map.yaml --prices city_fleet
       navbench cost-log drive.mcap --robot my_robot.yaml --map depot.yaml --nav2 my_nav2.yaml
       navbench cost-log after.mcap --against before.mcap --robot my_robot.yaml --map depot.yaml
       navbench cost-log rosbag2_drive --robot jackal --map office.yaml --json
