@@ -11,6 +11,7 @@ from collections import Counter
 from pathlib import Path
 
 from harness.metrics.columns import Row
+from harness.storage.documents import write_document
 from harness.storage.files import write_text, writing
 from harness.storage.new_run import TUNED_STACK, TUNING_DOCUMENT
 from harness.storage.tables import write_table
@@ -23,12 +24,13 @@ from harness.tuning.space.paths import AbsentError, locate, with_values
 from harness.tuning.space.space import Parameter
 from navstack.errors import InputError
 from navstack.params.nav2_file.file import Nav2File
-from navstack.params.strict import dump_dataclass, read_text
+from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 TUNED, STACK, DIFF = "tuned.nav2.yaml", TUNED_STACK, "tuned.diff"
 FRONT = "front"  # folder with the file of every trial of a Pareto front
 STRICT = "--strict"  # option of navbench run
 TRIALS, DOCUMENT = "trials.parquet", TUNING_DOCUMENT
+REQUEST = "resume.json"  # what --resume was asked for, until that is done
 
 
 def write_files(
@@ -182,6 +184,54 @@ def ended(folder: Path) -> Ended | None:
         return Ended(trials, {name: sizes[name] for name in SIZES if name in sizes})
     except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
         raise InputError(f"'{file}' is damaged; remove it, and the study goes on") from None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Request:
+    """What a study is asked for; None: what it declared or came to."""
+
+    budget: float | None = None  # [s] of wall time
+    test_episodes: int | None = None
+    final_episodes: int | None = None
+    waterfall_missions: int | None = None
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Those of SIZES that are asked for."""
+        found = {name: getattr(self, name) for name in SIZES}
+        return {name: count for name, count in found.items() if count is not None}
+
+    def extended(self, **now: float | None) -> "Request":
+        """The same with what is asked for now."""
+        given = {name: value for name, value in now.items() if value is not None}
+        return dataclasses.replace(self, **given)  # type: ignore[arg-type]
+
+
+def requested(folder: Path) -> Request:
+    """What an earlier session was asked for and did not finish.
+
+    Raises:
+        InputError: its file is damaged.
+    """
+    file = folder / REQUEST
+    if not file.is_file():
+        return Request()
+    return load_dataclass(Request, file)
+
+
+def keep_request(folder: Path, request: Request) -> None:
+    """Let later sessions know what was asked for.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    if request != requested(folder):
+        write_document(folder / REQUEST, dataclasses.asdict(request))
+
+
+def forget_request(folder: Path) -> None:
+    """What was asked for is done."""
+    (folder / REQUEST).unlink(missing_ok=True)
 
 
 def _columns(result: StudyResult) -> dict[str, str]:

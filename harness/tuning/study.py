@@ -1,7 +1,7 @@
 """A study from its folder to its result: missions, search, test."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from harness.tuning.evaluation import Candidate, Evaluator, OutOfTimeError, unse
 from harness.tuning.finals import decide
 from harness.tuning.journal import Journal
 from harness.tuning.objective import parse_objectives
-from harness.tuning.output import ended
+from harness.tuning.output import Request, ended
 from harness.tuning.result import Finalist, StudyResult, Trial
 from harness.tuning.sampler import Sampler, make_sampler
 from harness.tuning.search import OnTrial, Plan, Search, front_of
@@ -75,8 +75,7 @@ class TuningStudy:
 def load_tuning(
     folder: Path,
     study: Study,
-    budget: float | None = None,
-    more: Mapping[str, int | None] | None = None,
+    request: Request | None = None,
 ) -> TuningStudy:
     """The study of a folder.
 
@@ -85,26 +84,26 @@ def load_tuning(
     Args:
         folder: of the study.
         study: as its ``run.json`` has it.
-        budget: [s] in place of the declared one; None: the declared one.
-        more: numbers of missions in place of the declared ones, by their names.
+        request: what is asked for in place of what was declared; None: nothing.
 
     Raises:
         InputError: the folder holds no such study, or a file of it cannot be used.
     """
     require_study(folder, TUNING)
+    request = request or Request()
     declaration = load_dataclass(StudyDeclaration, folder / "params" / TUNING)
     fits = None
     if declaration.is_fitted:
         fits = declaration.budget
-    if budget is not None:
-        declaration = dataclasses.replace(declaration, budget=budget)
+    if request.budget is not None:
+        declaration = dataclasses.replace(declaration, budget=request.budget)
     sizes: dict[str, Any] = {}
     ended_after = None
-    if budget is None and (before := ended(folder)) is not None:
+    if request.budget is None and (before := ended(folder)) is not None:
         ended_after = before.trials
         declaration = dataclasses.replace(declaration, budget=None)
         sizes |= before.sizes
-    sizes |= {name: count for name, count in (more or {}).items() if count is not None}
+    sizes |= request.sizes
     declaration = dataclasses.replace(declaration, **sizes)
     original = folder.absolute() / "params" / ORIGINAL
     stack = dataclasses.replace(study.template.stack, nav2_file=str(original))

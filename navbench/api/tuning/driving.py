@@ -1,6 +1,5 @@
 """Driving a study of tuning: search, choice, test and explanation."""
 
-from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,6 +16,7 @@ from harness.task.study import Study
 from harness.tuning.budget import LEAST_STUDY, Budget, enough_for
 from harness.tuning.journal import Journal
 from harness.tuning.notes import notes_after_search
+from harness.tuning.output import forget_request, keep_request, requested
 from harness.tuning.progress import StudyProgress
 from harness.tuning.result import COMPLETE, StudyResult, Trial
 from harness.tuning.stack_evaluator import StackEvaluator
@@ -36,22 +36,22 @@ from navbench.api.tuning.written import Tuned, written
 def drive_tuning(
     path: Path,
     where: Where,
-    seconds: float | None,
-    more: Mapping[str, int | None] | None = None,
+    **more: float | None,
 ) -> Tuned | None:
     """Drive what the study of a folder lacks; otherwise as :func:`navbench.tune`.
 
     Args:
         path: of the folder.
         where: deliveries are driven.
-        seconds: [s] of wall time in place of the budget of before; None: that.
-        more: numbers of missions in place of those of before, by name.
+        more: budget [s] and numbers of missions in place of those of before; None: those.
     """
     base = load_study(path, where.workers)
-    study = load_tuning(path, base, seconds, more)
+    request = requested(path).extended(**more)
+    study = load_tuning(path, base, request)
     say_notes(version_notes(path))
     searched = study.declaration.episodes
     with Journal(path, searched) as journal, _open_workers(path, where, study, base) as pool:
+        keep_request(path, request)
         later = study.episodes_after_search + study.episodes_of_explanation
         progress = StudyProgress(study.plan, journal, study.declaration.budget, later)
         searching = study.declaration.trials * searched
@@ -78,7 +78,9 @@ def drive_tuning(
                     study = _fitted(study, evaluator, journal, progress, budget)
                     result = _search_and_test(study, evaluator, journal, progress, budget)
                     journal.stop_clock()
-                    return written(study, base, result, evaluator, progress, journal, budget)
+                    tuned = written(study, base, result, evaluator, progress, journal, budget)
+                    forget_request(path)
+                    return tuned
             except KeyboardInterrupt:
                 kept = f"{len(journal)} finished deliveries are kept in {path}"
                 following = f"navbench tune --resume {quoted(path)}"

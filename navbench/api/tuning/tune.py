@@ -135,7 +135,7 @@ def tune(
         require_local(where)
         require_meetings(study)
     path, notes = _created(declaration, study, content, space_files, out)
-    found = drive_tuning(path, where, budget)
+    found = drive_tuning(path, where)
     return found and dataclasses.replace(found, notes=(*notes, *notes_before(declaration, options)))
 
 
@@ -208,7 +208,7 @@ def resume_tuning(
     place of those of before: ``test_episodes``, ``final_episodes``, ``waterfall_missions``.
     """
     # a link may point elsewhere before the study ends
-    return drive_tuning(folder.resolve(), where or Where(), budget, more)
+    return drive_tuning(folder.resolve(), where or Where(), budget=budget, **more)
 
 
 def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:

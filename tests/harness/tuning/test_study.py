@@ -37,13 +37,21 @@ from harness.tuning.evaluation import (
 from harness.tuning.journal import Journal
 from harness.tuning.notes import notes_after_search, notes_before
 from harness.tuning.objective import parse_objectives
-from harness.tuning.output import DOCUMENT, TRIALS, TUNED, _difference
+from harness.tuning.output import (
+    DOCUMENT,
+    TRIALS,
+    TUNED,
+    Request,
+    _difference,
+    forget_request,
+    requested,
+)
 from harness.tuning.result import Trial
 from harness.tuning.sampler import make_sampler
 from harness.tuning.search import Plan, Search
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
-from harness.tuning.study import has_begun, load_tuning, run_search
+from harness.tuning.study import TuningStudy, has_begun, load_tuning, run_search
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
 from tests.rules import short_rules
@@ -266,6 +274,34 @@ def test_a_killed_study_goes_on_with_two_workers_to_what_one_makes(
     assert told(resumed.communicate(timeout=500)[0], cut) == one and resumed.returncode == 0
     assert (cut / TUNED).read_bytes() == (whole / TUNED).read_bytes()
     assert "# odometry noise" in (cut / TUNED).read_text(), "comments stay"
+
+
+def test_what_resume_was_asked_for_holds_until_it_is_done(
+    tmp_path: Path,
+    task: EpisodeTask,
+    in_process: None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The command that is printed after Ctrl-C names the folder alone."""
+    asked: list[tuple[float | None, int]] = []
+
+    def interrupted(study: TuningStudy, *_: Any) -> None:
+        asked.append((study.declaration.budget, study.declaration.test_episodes))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("navbench.api.tuning.driving._search_and_test", interrupted)
+    folder = tmp_path / "study"
+    with pytest.raises(SystemExit):
+        main(arguments(task, 1, ["--budget", "1h", "--out", str(folder)]))
+    assert requested(folder) == Request()
+    for more in (["--budget", "3h"], [], ["--test-episodes", "9"], []):
+        with pytest.raises(SystemExit):
+            main(["tune", "--resume", str(folder), "--workers", "1", *more])
+    assert asked == [(3600.0, 2), (10_800.0, 2), (10_800.0, 2), (10_800.0, 9), (10_800.0, 9)]
+    assert f"next: navbench tune --resume {folder}\n" in capsys.readouterr().err
+    forget_request(folder)
+    assert requested(folder) == Request()
 
 
 @pytest.mark.slow
