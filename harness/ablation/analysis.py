@@ -211,9 +211,12 @@ def _differences(
 
 
 def compared_pairs(arms: Sequence[Stack], against: str) -> list[tuple[str, str]]:
-    """Every arm with the reference, and each wrong map with the right one: by name."""
+    """Every arm with the reference, and each wrong map with the right one: by name, once."""
     pairs = [(arm.name, against) for arm in arms if arm.name != against]
-    return pairs + [pair for pair in wrong_maps(arms) if pair not in pairs]
+    for wrong, right in wrong_maps(arms):
+        if (wrong, right) not in pairs and (right, wrong) not in pairs:
+            pairs.append((wrong, right))
+    return pairs
 
 
 def _audits(

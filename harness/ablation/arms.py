@@ -190,13 +190,13 @@ def _size(kind: str, text: str) -> float:
 def _check_different(arms: Sequence[Stack]) -> None:
     known: dict[Stack, str] = {}
     for arm in arms:
+        if arm.name in known.values():
+            raise InputError(f"localizer '{arm.name}' is given more than once; give each once")
         unnamed = dataclasses.replace(arm, name="", title="")
         if unnamed in known:
-            same = known[unnamed]
-            if same == arm.name:
-                raise InputError(f"localizer '{arm.name}' is given more than once; give each once")
             raise InputError(
-                f"localizers '{same}' and '{arm.name}' are the same thing here; give one of them"
+                f"localizers '{known[unnamed]}' and '{arm.name}' are the same thing here; "
+                "give one of them"
             )
         known[unnamed] = arm.name
     if len(arms) < 2:

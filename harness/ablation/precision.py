@@ -3,6 +3,7 @@
 import math
 
 from harness.analysis.rare import margin_with_unseen
+from harness.economics.valuation import has_too_few
 from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 from navstack.errors import InputError
@@ -34,7 +35,8 @@ def half_width(margin: Interval | None) -> float | None:
 def counts_wanted(run: StoredRun, within: float, most: int) -> dict[str, int]:
     """How many deliveries each arm is to have next, those included that it has.
 
-    What ended in an error counts as driven; an arm whose margin is undefined drives no more.
+    What ended in an error counts as driven. An arm whose margin is undefined drives no more, but
+    where so few errors among ``most`` deliveries would leave it defined.
 
     Args:
         run: the deliveries so far.
@@ -46,6 +48,8 @@ def counts_wanted(run: StoredRun, within: float, most: int) -> dict[str, int]:
         driven = len(stack.rows) + stack.errors
         wanted[stack.name] = driven
         width = half_width(margin_with_unseen(run, stack))
+        if width is None and stack.rows and not has_too_few(most - stack.errors, stack.errors):
+            width = math.inf
         if width is not None:
             wanted[stack.name] = count_wanted(driven, width, within, most)
     return wanted

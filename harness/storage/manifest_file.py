@@ -26,6 +26,7 @@ from navstack.params.strict import read_text
 
 # entry of a manifest: deliveries of each stack by its name, where not all have as many
 COUNTS = "episodes_of"
+WITHIN = "within_usd"
 EXTENDED = "extended_from"  # entry of a manifest: deliveries a stack before each extension
 OTHER_STUDIES = {
     ABLATION: ("an ablation", "ablate"),
@@ -149,19 +150,28 @@ def extend_run(path: Path, episodes: int, seen: int | None = None) -> None:
         _rewrite(path, changes)
 
 
-def share_out(path: Path, counts: Mapping[str, int]) -> None:
+def share_out(path: Path, counts: Mapping[str, int], within: float) -> None:
     """Let each stack of a run have so many episodes, none fewer than it has.
 
     Args:
         path: of a run that :func:`create_run` made.
         counts: by the stacks' names; at most as many as the run was made for.
+        within: [USD] that each stack's margin may lie off; until then more is shared out.
 
     Raises:
         InputError: the folder is in use, cannot be written, or holds no run.
     """
     require_real_folders(path)
     with writing(path), locked(path):
-        _rewrite(path, {COUNTS: dict(counts)})
+        _rewrite(path, {COUNTS: dict(counts), WITHIN: within})
+
+
+def shared_within(path: Path) -> float | None:
+    """The ``within`` of :func:`share_out`; None: nothing was shared out."""
+    noted = read_manifest(path).get(WITHIN)
+    if isinstance(noted, int | float):
+        return float(noted)
+    return None
 
 
 def extended_from(path: Path) -> list[int]:

@@ -20,7 +20,7 @@ from harness.report.page.ablation import write_ablation
 from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.files import nearby
-from harness.storage.manifest_file import require_study, share_out
+from harness.storage.manifest_file import require_study, share_out, shared_within
 from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
@@ -146,10 +146,10 @@ def resume_ablation(
     study = load_study(path, where.workers)
     require_study(path, ABLATION)
     declaration = load_dataclass(AblationDeclaration, path / "params" / ABLATION)
+    if within is None:
+        within = shared_within(path) or declaration.within
     declaration = dataclasses.replace(
-        declaration,
-        against=against or declaration.against,
-        within=declaration.within if within is None else within,
+        declaration, against=against or declaration.against, within=within
     )
     declaration.check(study.stacks)
     check_within(within)
@@ -160,10 +160,12 @@ def resume_ablation(
             f"--retry-errors is for whole deliveries, and '{path}' drives meetings; leave it out"
         )
     say_notes(version_notes(path))
-    if within is not None and not study.counts:
-        share_out(path, {stack.name: study.episodes for stack in study.stacks})
     if episodes is not None:
         extend(path, episodes)
+    if within is not None:
+        counts = study.counts or (study.episodes,) * len(study.stacks)
+        names = [stack.name for stack in study.stacks]
+        share_out(path, dict(zip(names, counts, strict=True)), within)
     return _drive(path, declaration, where, retry_errors)
 
 
@@ -207,4 +209,4 @@ def _drive_arms(
         if not more:
             return driven, run
         say(f"margin not known to within {declaration.within:g} USD yet: {', '.join(more)}")
-        share_out(path, wanted)
+        share_out(path, wanted, declaration.within)

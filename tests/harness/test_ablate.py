@@ -211,6 +211,8 @@ def test_arms_that_drove_as_often_drive_on_alone(
     status, text, _ = navbench(capsys, "--resume", str(out), *more, "--json")
     driven = {arm["arm"]: arm["episodes"] for arm in json.loads(text)["arms"]}
     assert status == 0 and driven == {"ground_truth": 1, "gps": 2, "position=0.5": 1}
+    status, text, _ = navbench(capsys, "--resume", str(out), "--json")
+    assert json.loads(text)["within_usd"] == 2.0, "it holds until another one is given"
 
 
 @pytest.mark.slow

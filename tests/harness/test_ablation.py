@@ -13,6 +13,7 @@ from harness.ablation.analysis import (
     AblationDeclaration,
     analyse,
     break_even_interval,
+    compared_pairs,
     points,
 )
 from harness.ablation.arms import arms_of, drives_by_scan
@@ -138,6 +139,7 @@ def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
         ((), ("postion=1",), ("'postion'", "did you mean 'position'")),
         ((), ("position",), ("'position' is not KIND=SIZE",)),
         ((), ("position=0.1,0.10",), ("'position=0.1'", "more than once")),
+        ((), ("position=0.1234561,0.1234564",), ("'position=0.123456'", "more than once")),
     ],
 )
 def test_what_is_no_arm_is_refused(
@@ -238,6 +240,8 @@ def test_the_wrong_map_is_held_against_the_right_one_too(write_run: WriteRun) ->
     other = analysed(load_run(str(write_run("other", names))).folder, arms(*names), "amcl")
     pairs = [(each.arm, each.against) for each in other.of("contribution_margin")]
     assert pairs == [("gps", "amcl"), ("amcl@navigation_mesh", "amcl")]
+    reverse = compared_pairs(arms(*names), "amcl@navigation_mesh")
+    assert reverse == [("gps", "amcl@navigation_mesh"), ("amcl", "amcl@navigation_mesh")]
 
 
 def test_p_values_are_adjusted_for_all_comparisons_of_a_metric(write_run: WriteRun) -> None:
@@ -331,6 +335,19 @@ def test_an_arm_whose_margin_is_undefined_drives_no_more(write_run: WriteRun) ->
     assert (found["gps"], found["amcl"]) == (6, 3)
 
 
+@pytest.mark.parametrize(("most", "wanted"), [(99, 24), (100, 48)])
+def test_an_error_among_few_deliveries_stops_no_arm(
+    write_run: WriteRun, most: int, wanted: int
+) -> None:
+    """Among 100 it leaves the margin defined."""
+
+    def fail(row: dict[str, Any]) -> None:
+        row["error"] = "it broke" if row["episode"] == 3 else None
+
+    run = load_run(str(write_run("run", ("gps",), episodes=24, change=fail)))
+    assert counts_wanted(run, 0.1, most) == {"gps": wanted}
+
+
 def test_which_margins_are_known_is_told(write_run: WriteRun) -> None:
     ablation = analysed(
         write_run("run", tuple(LEVELS), change=costly), arms(errors=("position=0.5,2",))
@@ -372,7 +389,7 @@ def test_a_margin_that_is_undefined_is_so_wherever_it_is_told(write_run: WriteRu
     assert investment_of(amcl)[2] == "--"
     asked = dataclasses.replace(ablation.declaration, within=1000.0)
     (line,) = known_within(dataclasses.replace(ablation, declaration=asked))
-    assert line.endswith("amcl (undefined)")
+    assert line.endswith("amcl (undefined, 20 errors: --resume DIR --retry-errors)")
 
 
 def test_before_the_first_delivery_there_is_nothing_to_tell(write_run: WriteRun) -> None:

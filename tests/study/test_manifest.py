@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.storage.manifest_file import share_out
+from harness.storage.manifest_file import share_out, shared_within
 from harness.storage.new_run import create_run
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
@@ -50,7 +50,9 @@ def test_stacks_can_have_different_numbers_of_deliveries(tmp_path: Path) -> None
     folder = tmp_path / "run"
     whole = two_stacks(folder)
     assert whole.counts == () and whole.total == 8
-    share_out(folder, {"nav2-gps": 3, "parked": 1})
+    assert shared_within(folder) is None
+    share_out(folder, {"nav2-gps": 3, "parked": 1}, 0.5)
+    assert shared_within(folder) == 0.5
     study = load_study(folder)
     assert study.counts == (1, 3) and study.total == 4
     driven = [(0, 0), (1, 0), (1, 1), (1, 2)]

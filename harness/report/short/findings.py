@@ -192,19 +192,20 @@ def known_within(ablation: Ablation) -> list[str]:
     within = ablation.declaration.within
     if within is None:
         return []
-    widths = {arm.name: half_width(arm.unseen) for arm in ablation.arms}
-    wide = [
-        f"{name} ({_half_width_text(width)})"
-        for name, width in widths.items()
-        if width is None or width > within
-    ]
+    wide = []
+    for arm in ablation.arms:
+        width = half_width(arm.unseen)
+        if width is None or width > within:
+            wide.append(f"{arm.name} ({_half_width_text(width, arm.result.errors)})")
     if not wide:
         return [f"every margin is known to within {within:g} USD"]
     most = f"after at most {counted(ablation.episodes, 'delivery')}"
     return [f"not known to within {within:g} USD {most}: {', '.join(wide)}"]
 
 
-def _half_width_text(width: float | None) -> str:
+def _half_width_text(width: float | None, errors: int) -> str:
+    if width is None and errors:
+        return f"undefined, {counted(errors, 'error')}: --resume DIR --retry-errors"
     if width is None:
         return "undefined"
     return f"+-{number_text(width)}"
