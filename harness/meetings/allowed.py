@@ -30,7 +30,11 @@ def why_no_meetings(study: Study) -> str:
     for stack in study.stacks:
         if stack.is_policy or stack.navigator == ROS2:
             return f"'{stack.name}' is driven by another process, which cannot be copied"
+    if not study.stacks[0].nav2_file:
+        return f"'{study.stacks[0].name}' plans no way along which people could be met"
     parts = Parts(study.template)
+    if parts.params.cargo.pieces == 0:
+        return "this world does not model the cargo, so that no mission has a margin"
     people = parts.params.people
     if people.model == "replay":
         return "the people of this world are a recording, and meetings need people who walk on"

@@ -14,7 +14,8 @@ from harness.statistics.sign_flips import flip_signs
 from navstack.types import FloatArray
 
 FIRST, GROWTH = 8, 1.25  # missions of the first look, and the factor to the next
-NUMBERS = tuple(round(FIRST * GROWTH**number) for number in range(20))  # missions of each look
+# missions of each look, up to some 8,000: a check has 10,000
+NUMBERS = tuple(round(FIRST * GROWTH**number) for number in range(32))
 NORMAL = NormalDist()
 
 

@@ -181,9 +181,12 @@ def weighted_rate(
 def ratio_interval(values: FloatArray, sizes: FloatArray) -> Interval:
     """The sum of values over that of sizes, both of independent missions, shape (n,).
 
+    Undefined where nobody drove.
     Its interval is the normal one of the linearised ratio (Cochran 1977, Sampling Techniques, 6.4).
     """
     n = len(values)
+    if not sizes.sum() > 0.0:
+        return Interval(None, None, None, n)
     ratio = float(values.sum() / sizes.sum())
     if n < 2:
         return Interval(ratio, None, None, n)

@@ -13,11 +13,13 @@ import pytest
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.meetings import crowd, estimate, looks
 from harness.meetings.kept import FILE
+from harness.meetings.mission import MissionTask
 from harness.report.short.meetings import meetings_markdown, quantity_text, short_meetings
 from harness.statistics.interval import Interval
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from navbench.api.check import check
+from navstack.errors import InputError
 from tests.rules import short_rules
 
 STOCK = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
@@ -144,6 +146,15 @@ def test_without_being_asked_it_goes_by_meetings_where_they_can_be_driven(
     assert json.loads(text)["estimator"] == estimator
 
 
+def test_a_first_side_that_plans_nothing_drives_whole_deliveries(
+    navbench, words: list[str], short_meetings_only: None, tmp_path: Path
+) -> None:
+    options = ("--out", tmp_path / "run", "--budget", "0.01s", "--json")
+    status, text, err = navbench("check", "parked", *words[1:-2], *options)
+    assert status == 0 and "'old' plans no way along which people could be met" in err
+    assert json.loads(text)["estimator"] == "deliveries"
+
+
 def test_where_people_make_way_meetings_are_for_who_asks_for_them(
     navbench, words: list[str], short_meetings_only: None, tmp_path: Path
 ) -> None:
@@ -183,6 +194,27 @@ def test_the_budget_ends_it_and_the_next_command_goes_on(
     assert text.splitlines()[-1] == f"next: navbench check --resume {out} --budget 30m"
 
 
+def fail(task: MissionTask) -> None:
+    """In place of what drives a mission."""
+    raise InputError("there is no way")
+
+
+def test_what_fails_on_every_mission_is_not_tried_for_long(
+    navbench,
+    words: list[str],
+    short_meetings_only: None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(estimate, "drive_mission", fail)
+    given = ("check", *words, "--out", tmp_path / "run")
+    for command, number in ((given, 5), (("check", "--resume", tmp_path / "run"), 6)):
+        status, _, said = navbench(*command)
+        told = f"all {number} missions ended in an error, the last one in '"
+        assert status == 1 and told in said
+        assert said.endswith("there is no way'; --estimator deliveries drives them whole\n")
+
+
 def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
     assert [estimate.batch_of(each) for each in (0, 3, 4, 7, 8, 15, 16)] == [
         *[(0, 4)] * 2,
@@ -199,6 +231,7 @@ def test_missions_are_drawn_in_batches_however_a_check_goes_on() -> None:
         (("--people", "people.csv"), 1, "are a recording"),
         (("--world", "easy"), 1, "stationary"),
         (("--pedestrians", "0"), 1, "nobody to meet"),
+        (("--world", "plain.yaml"), 1, "does not model the cargo"),
         (("--within", "101"), 1, "--within"),
         (("--markdown", "comment.txt"), 1, ".md"),
     ],
@@ -213,6 +246,7 @@ def test_where_it_cannot_be_it_is_one_line(
     told: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("plain.yaml").write_text("cargo: {pieces: 0}\npeople: {beginning: stationary}\n")
     Path("people.csv").write_text("id,t,x,y\n1,0,0,0\n1,9,1,0\n")
     found, out, err = navbench("check", *words, *more)
     assert (found, out) == (status, "") and told in err

@@ -113,6 +113,11 @@ def test_a_rate_without_an_event_admits_one_in_the_heaviest_meeting() -> None:
     assert (missing.value, missing.low, missing.high) == (0.0, None, None)
 
 
+def test_a_rate_of_who_never_moved_is_undefined() -> None:
+    found = results.weighted_rate([np.array([0.5])] * 2, [np.array([1])] * 2, np.zeros(2))
+    assert (found.value, found.low, found.high, found.n) == (None, None, None, 2)
+
+
 def test_a_rate_with_events_has_the_wider_end() -> None:
     weights = [np.array([0.1]), np.array([0.1]), np.array([0.1])]
     counts = [np.array([2]), np.array([0]), np.array([1])]

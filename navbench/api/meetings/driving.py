@@ -20,6 +20,8 @@ from navbench.api.driving import say_interrupted
 from navbench.api.progress import Bar, say, shown
 from navstack.errors import InputError
 
+FEWEST_FAILED = 5  # missions without one that succeeds, after which none is tried any more
+
 
 def require_local(where: Where) -> None:
     """Check that missions are to be driven on this machine.
@@ -50,6 +52,9 @@ def is_interrupted(
         bar: that shows how far it is.
         is_enough: whether no mission is needed after this one.
         until: [s] of the monotonic clock.
+
+    Raises:
+        InputError: the first missions all end in an error.
     """
     try:
         _drive(study, kept, where, bar, is_enough, until)
@@ -78,6 +83,11 @@ def _drive(
             kept.add(finished.result)
             if finished.result is None:
                 say(f"mission {finished.task.arms[0].episode}: {finished.error}")
+                if kept.errors == kept.number >= FEWEST_FAILED:
+                    raise InputError(
+                        f"all {kept.number} missions ended in an error, the last one in "
+                        f"'{finished.error}'; --estimator deliveries drives them whole"
+                    )
             elif is_enough(finished.result):
                 return
 
