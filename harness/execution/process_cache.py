@@ -2,15 +2,18 @@
 
 import functools
 import gc
+import glob
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar
 
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
 _ALL: "list[Kept[Any, Any]]" = []
+_READ: dict[Path, tuple[int, int]] = {}  # time of change [ns] and size of files that were read
 
 
 class Kept(Generic[Given, Made]):
@@ -47,6 +50,9 @@ class Kept(Generic[Given, Made]):
                 known.popitem(last=False)
         if is_full and self._is_heavy:
             gc.collect()
+        for each in (*given, *named.values()):
+            if isinstance(each, str) and Path(each).is_file():
+                _remember(Path(each))
         made = known[key] = self._make(*given, **named)
         return made
 
@@ -72,3 +78,24 @@ def forget() -> None:
     """
     for each in _ALL:
         each.cache_clear()
+    _READ.clear()
+
+
+def forget_changed() -> None:
+    """The same, if a file that was read has changed since, or the image of a map."""
+    if any(_stamp(file) != stamp for file, stamp in list(_READ.items())):
+        forget()
+
+
+def _remember(file: Path) -> None:
+    """Note a file that is read, and those beside it of the same name, as a map's image."""
+    for each in (file, *file.parent.glob(f"{glob.escape(file.stem)}.*")):
+        _READ[each] = _stamp(each)
+
+
+def _stamp(file: Path) -> tuple[int, int]:
+    try:
+        found = file.stat()
+    except OSError:
+        return (0, 0)
+    return (found.st_mtime_ns, found.st_size)

@@ -215,8 +215,15 @@ def mixed_files(path: Path) -> list[str]:
 
 
 def _rewrite(path: Path, changes: Row) -> None:
-    """Change entries of a manifest, in a folder that is locked."""
-    manifest = json_text({**json.loads(read_text(path / MANIFEST)), **changes})
+    """Change entries of a manifest, in a folder that is locked.
+
+    Raises:
+        InputError: it is damaged.
+    """
+    content = read_manifest(path)
+    if not content:
+        raise InputError(f"'{path / MANIFEST}' is damaged; restore it, or begin a new run")
+    manifest = json_text({**content, **changes})
     if (path / CHECKSUMS).exists():
         write_checksums(path, {MANIFEST: manifest})
     write_text(path / MANIFEST, manifest)

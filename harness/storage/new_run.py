@@ -22,6 +22,7 @@ from navstack.errors import InputError
 MANIFEST = "run.json"  # written last when a run is created: a folder that has it can be resumed
 OF_STACKS = "of_stacks"  # in the manifest of packed runs: what each said of its own, by stack
 BEGUN = "run.begun"  # there while a run is created
+LONGEST = 100  # characters of stacks in the name of a folder
 # in params/: what such a study declares
 ABLATION, CHECK, TUNING = "ablation.yaml", "check.yaml", "tuning.yaml"
 MEETINGS_FILE = "missions.jsonl"  # of a study by meetings, in place of tables
@@ -30,8 +31,8 @@ TUNING_DOCUMENT, TUNED_STACK = "tune.json", "tuned.yaml"
 
 
 def default_folder(name: str) -> Path:
-    """``results/<time>-<name>`` below the current directory."""
-    return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name}"
+    """``results/<time>-<name>`` below the current directory; a long name is cut."""
+    return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name[:LONGEST]}"
 
 
 def require_usable(path: Path) -> None:

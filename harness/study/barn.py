@@ -21,6 +21,7 @@ from harness.storage.rows import Row
 from harness.world.map.scene import Obstacle, Scene
 from harness.world.map.scene_io import save_scene
 from harness.world.map.shapes import fill_convex
+from harness.world.outcome import ARRIVALS, Outcome
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import InputError
 from navstack.files import check_regular
@@ -266,7 +267,7 @@ def score_of(rows: Iterable[Row], times: Mapping[str, float]) -> Score:
         times: optimal ones [s], by map.
     """
     each = [
-        (row["outcome"] == "arrived", row["duration_s"], times[row["map"]], row["reason"])
+        (Outcome(row["outcome"]) in ARRIVALS, row["duration_s"], times[row["map"]], row["reason"])
         for row in rows
     ]
     taken = [seconds for has_arrived, seconds, _, _ in each if has_arrived]

@@ -76,6 +76,11 @@ def is_begun(path: Path, cell: Cell) -> bool:
     return (path / cell.name / MANIFEST).is_file()
 
 
+def is_packed(path: Path, cell: Cell) -> bool:
+    """Whether a cell's deliveries are stored with those of other stacks, and stay as they are."""
+    return not is_begun(path, cell) and run_of(path, cell) is not None
+
+
 def _world_of(cell: Cell) -> tuple[str, int | None]:
     return cell.condition.world, cell.condition.pedestrians
 
@@ -163,7 +168,7 @@ def require_same(path: Path, suite: Suite) -> None:
     stored = stored_suite(path)
     known = {cell.name for cell in cells(suite)}
     begun = [cell.name for cell in cells(stored) if is_begun(path, cell)]
-    shared = ("missions", "people", "localizer", "robot", "record")
+    shared = ("missions", "people", "localizer", "robot", "record", "start", "goal")
     other = [key for key in shared if getattr(stored, key) != getattr(suite, key)]
     if other or (begun and known.isdisjoint(begun)):
         what = (

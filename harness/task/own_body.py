@@ -4,17 +4,16 @@ What a Nav2 file does not say follows from the outline. The factors are those of
 ``params/robots``, and of Husky and TurtleBot 4 by their data sheets.
 """
 
-import atexit
+import io
 import math
-import tempfile
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from ruamel.yaml import YAML
 
+from harness.task.made_files import made_file
 from navstack.errors import ParameterError
 from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, Subject
@@ -78,17 +77,12 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
     box = _box(costmap, outline)
     body = body_of(box, limits, known)
     texts = {"robot": body, "sensors": _carried(load_yaml(sensors), box, nav2)}
-    files = {name: _folder() / f"{title}-{name}.yaml" for name in texts}
+    files = {}
     for name, content in texts.items():
-        with files[name].open("w", encoding="utf-8") as stream:
-            YAML(pure=True).dump(content, stream)
-    note = _note(costmap, box, body, limits)
-    return OwnBody(str(files["robot"]), str(files["sensors"]), note)
-
-
-def is_own(file: str) -> bool:
-    """Whether a file was made by :func:`own_body`."""
-    return Path(file).parent == _folder()
+        stream = io.StringIO()
+        YAML(pure=True).dump(content, stream)
+        files[name] = str(made_file(f"{title}-{name}.yaml", stream.getvalue()))
+    return OwnBody(**files, note=_note(costmap, box, body, limits))
 
 
 def _limits(subject: Subject) -> Limits:
@@ -207,11 +201,3 @@ def _note(costmap: CostmapParams, box: FloatArray, body: dict[str, Any], limits:
     if limits.sideways > 0.0:
         note += f"; it has two driven wheels and does not drive sideways ({limits.sideways:g} m/s)"
     return note
-
-
-@cache
-def _folder() -> Path:
-    """Where the files stand until the run's folder has them."""
-    folder = tempfile.TemporaryDirectory(prefix="navbench-robot-")
-    atexit.register(folder.cleanup)
-    return Path(folder.name).resolve()

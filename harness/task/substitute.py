@@ -1,13 +1,11 @@
 """Plugins in the place of others, as ``--substitute NAME=TYPE`` asks for."""
 
-import atexit
 import dataclasses
-import tempfile
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 
 from harness.storage.shipped import shipped
+from harness.task.made_files import made_file
 from harness.task.stack import Stack, absolute_files
 from navstack.errors import InputError, did_you_mean
 from navstack.params.nav2_file.catalog import LEFT_OUT, node_block, plugin_type
@@ -56,9 +54,8 @@ def with_substitutes(stack: Stack, given: Sequence[str], allow_unknown: bool) ->
             f"the {CONTROLLERS} of its Nav2 file is not used"
         )
     changes |= {f"{node}.yaml_filename": file for node, file in absolute_files(nav2).items()}
-    return dataclasses.replace(
-        stack, nav2_file=_kept(nav2.with_values(changes, allow_unknown), path.name)
-    )
+    changed = nav2.with_values(changes, allow_unknown)
+    return dataclasses.replace(stack, nav2_file=str(made_file(path.name, changed.document.text)))
 
 
 def _parsed(text: str) -> tuple[str, str]:
@@ -169,17 +166,3 @@ def _donated(node: str, name: str, kind: str) -> dict[str, Value]:
 
 def _is_of(key: str, value: Value, kind: str) -> bool:
     return key.endswith(".plugin") and plugin_type(value) == kind
-
-
-@cache
-def _folder() -> Path:
-    """Where changed files stand until the run's folder has them."""
-    folder = tempfile.TemporaryDirectory(prefix="navbench-substitute-")
-    atexit.register(folder.cleanup)
-    return Path(folder.name)
-
-
-def _kept(nav2: Nav2File, name: str) -> str:
-    path = _folder() / name
-    nav2.dump(path)
-    return str(path)

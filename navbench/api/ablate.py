@@ -13,6 +13,7 @@ from harness.ablation.document import ablation_document
 from harness.ablation.meetings import MeetingsArms
 from harness.ablation.precision import FIRST, check_within, counts_wanted
 from harness.episode.files import prices_of
+from harness.execution.process_cache import forget_changed
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
 from harness.report.ablations.figure import draw_ablation
@@ -93,6 +94,7 @@ def ablate(
             world whose people cannot be met.
     """
     where = where or Where()
+    forget_changed()
     study = make_study(
         stacks=[stack], episodes=episodes, map_name=drivable(map), workers=where.workers, **options
     )

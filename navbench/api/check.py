@@ -23,6 +23,7 @@ from harness.analysis.side import Side
 from harness.economics.prices import Prices
 from harness.economics.valuation import margins
 from harness.episode.files import prices_of
+from harness.execution.process_cache import forget_changed
 from harness.meetings.allowed import INSTEAD, require_meetings, why_deliveries
 from harness.meetings.estimators import DELIVERIES, MEETINGS
 from harness.metrics.columns import Row
@@ -123,6 +124,7 @@ def check(
         if estimator == MEETINGS:
             raise InputError(f"'{old}' is a finished run, which holds no meetings; {INSTEAD}")
         return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
+    forget_changed()
     where = where or Where()
     study = study_of(old, new, where, map_name=drivable(map), **options)
     declaration = dataclasses.replace(declaration, estimator=_estimator(estimator, study, where))

@@ -49,7 +49,10 @@ class Repricing(Mapping[str, Repriced]):
     results: list[Repriced]
 
     def __getitem__(self, stack: str) -> Repriced:
-        return next(each for each in self.results if each.stack.name == stack)
+        for each in self.results:
+            if each.stack.name == stack:
+                return each
+        raise KeyError(stack)
 
     def __iter__(self) -> Iterator[str]:
         return (each.stack.name for each in self.results)

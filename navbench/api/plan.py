@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from harness.execution.process_cache import forget_changed
 from harness.plan.question import Answer, PlanningMap, ask_all, task_of
 from harness.report.plan import draw_plan, plan_document
 from harness.storage.files import require_no_input, require_writable
@@ -68,6 +69,7 @@ def plan(
     if picture is not None:
         require_writable("--picture", picture, PICTURES)
         require_no_input("--picture", picture, map_files(map))
+    forget_changed()
     task = task_of(map, start, goal, seed, params, allow_unknown)
     with count_shown("planners", len(planners)) as tell:
         ends, ground, answers = ask_all(task, planners, smoother, seconds, tell)

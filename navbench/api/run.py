@@ -7,7 +7,7 @@ from typing import Any
 
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
-from harness.execution.process_cache import forget
+from harness.execution.process_cache import forget, forget_changed
 from harness.storage.files import nearby
 from harness.storage.manifest_file import accept_changes, other_study
 from harness.storage.shipped import DEFAULT_WORLD, keep_compiled_code
@@ -97,6 +97,7 @@ def drive(
     Raises:
         InputError: something that was given cannot be used.
     """
+    forget_changed()
     study = make_study(stacks=stacks, map_name=drivable(map), workers=where.workers, **options)
     return begin(study, out, where)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from harness.execution.process_cache import forget_changed
 from harness.execution.workers import Workers
 from harness.report.numbers import counted
 from harness.report.page.document import write_study_page
@@ -32,6 +33,7 @@ from harness.study.suite_folder import (
     begin,
     declare,
     is_begun,
+    is_packed,
     require_alike,
     require_same,
     stored_suite,
@@ -103,6 +105,7 @@ def suite(
     Raises:
         InputError: something that was given cannot be used.
     """
+    forget_changed()
     source = resolve(file, shipped("params") / "suites", "suite")
     path = (out or default_folder(source.stem)).resolve()
     declared = load_suite(source, [] if barn is None else map_names(barn, path))
@@ -145,7 +148,11 @@ def resume_suite(folder: Path, portion: Portion = ALL, where: Where | None = Non
 
 
 def _drive(path: Path, declared: Suite, portion: Portion, where: Where) -> SuiteRun:
-    chosen = portion.cells(declared)
+    chosen = [cell for cell in portion.cells(declared) if not is_packed(path, cell)]
+    if stored := len(portion.cells(declared)) - len(chosen):
+        say(f"note: stored with other stacks, and left as they are: {counted(stored, 'cell')}")
+    if not chosen:
+        return SuiteRun(path, write_overview(path), False, False)
     sessions_of(path)  # a damaged list is told before anything is driven
     for cell in chosen:
         begin(path, declared, cell, portion.episodes or declared.episodes, sys.argv)
@@ -222,7 +229,7 @@ def _finished(path: Path, studies: Mapping[Cell, Study]) -> dict[Cell, int]:
 
 def _is_complete(path: Path, declared: Suite) -> bool:
     every = cells(declared)
-    done = sum(count_finished(path / cell.name) for cell in every)
+    done = sum(count_finished(path / cell.name) for cell in every if not is_packed(path, cell))
     return done == declared.episodes * len(every)
 
 

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from harness.scenarios.runner import Result, run_scenario
 from harness.storage.new_run import MANIFEST
+from harness.study.suite_folder import TABLE
 from harness.study.verification import Verification, verify_run
-from navbench.api.progress import count_shown
+from navbench.api.progress import count_shown, say
 from navstack.errors import InputError
 
 
@@ -26,6 +27,11 @@ def verify(folder: Path, sample: int = 3, seed: int = 0) -> list[Verification]:
         runs = [folder]
     if not runs:
         raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
+    driven = [run for run in runs if (run / TABLE).is_file()]
+    for run in runs:
+        if driven and run not in driven:
+            say(f"note: '{run}' has no deliveries yet, and is left out")
+    runs = driven or runs
     with count_shown("deliveries driven again", sample * len(runs)) as tell:
         return [verify_run(run, sample, seed, tell) for run in runs]
 

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import navbench
-from harness.episode.files import nav2_parameters
+from harness.episode.files import nav2_parameters, rules_of
+from harness.task.study import Study
 from navbench.cli.app import app
+from tests.rules import short_rules
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +76,7 @@ def test_other_prices(run: navbench.Run) -> None:
         revenue = own[stack].valuation.economics.revenue
         assert revenue is not None
         assert doubled[stack].valuation.economics.revenue == pytest.approx(2.0 * revenue)
+    assert "nobody" not in own and own.get("nobody") is None
 
 
 def test_planners_answer_as_the_command_does(capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,6 +109,25 @@ def test_a_world_made_again_reads_a_changed_file(tmp_path: Path, hall: Path) -> 
         read = nav2_parameters(delivery.task.stack.nav2_file, True)
         assert read.value("controller_server", "controller_frequency") == rate
         delivery.world.close()
+
+
+def test_a_changed_file_is_read_anew(
+    tmp_path: Path, hall: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A session may edit its files between two runs."""
+    read = []
+
+    def begun(study: Study, *_: object) -> None:
+        read.append(rules_of(study.template.rules).timeout)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("navbench.api.run.begin", begun)
+    rules = tmp_path / "short.yaml"
+    for seconds in (1.0, 12.0):
+        rules.write_text(short_rules(seconds))
+        with pytest.raises(KeyboardInterrupt):
+            navbench.run("parked", map=str(hall), rules=str(rules), episodes=1)
+    assert read == [1.0, 12.0]
 
 
 def test_a_world_stepped_by_hand_gives_the_row_of_the_run(run: navbench.Run, hall: Path) -> None:

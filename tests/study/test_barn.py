@@ -96,6 +96,9 @@ def test_runs_are_counted_by_how_they_ended() -> None:
     found = score_of(rows, {"barn_0": 5.0})
     assert (found.runs, found.arrived, found.collided, found.seconds) == (3, 1, 1, 10.0)
     assert (found.score, found.newer_score) == (pytest.approx(0.25 / 3), pytest.approx(0.5 / 3))
+    for outcome in ("sla", "spoiled"):  # where cargo is modelled
+        rows[0]["outcome"] = outcome
+        assert score_of(rows, {"barn_0": 5.0}) == found
 
 
 @pytest.mark.skipif(DATA is None, reason="NAVSTACK_DATA is not set: no BARN worlds here")

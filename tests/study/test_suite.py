@@ -22,6 +22,7 @@ from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D
 from tests.rules import short_rules
+from tools.pack_runs import pack
 
 Here = Callable[[], AbstractContextManager[None]]
 RULES = short_rules(1.0)
@@ -329,6 +330,7 @@ def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[
     for text, words in (
         (TWO_STACKS.replace("seeds: [0]", "seeds: [5]"), "none of its runs"),
         (TWO_STACKS + "missions: uniform\n", "missions is another"),
+        (TWO_STACKS + "goal: 9.0,5.0,0.0\n", "goal is another"),
     ):
         file.write_text(text)
         status, _, line = navbench(capsys, str(file), "--out", str(out), *portion)
@@ -336,6 +338,24 @@ def test_a_folder_keeps_its_suite(tmp_path: Path, capsys: pytest.CaptureFixture[
             status == 1 and words in line and "'Two that stand'" in line and line.count("\n") == 1
         ), line
         assert (out / "suite.yaml").read_bytes() == declared
+
+
+def test_a_stored_suite_is_not_driven_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: Path
+) -> None:
+    """Its stacks are packed together, and whoever resumes it keeps them."""
+    out = tmp_path / "out"
+    shutil.copytree(driven, out)
+    suite = load_suite(out / "suite.yaml")
+    cell = next(cell for cell in cells(suite) if cell.stack_name == "parked")
+    pack([out / cell.name], out / cell.group, "")
+    shutil.rmtree(out / cell.name)
+    status, text, said = navbench(
+        capsys, "--resume", str(out), "--stack", "parked", "--workers", "1", "--json"
+    )
+    assert status == 0 and "note: stored with other stacks, and left as they are: 1 cell\n" in said
+    assert not (out / cell.name).exists()
+    assert [row["episodes"] for row in json.loads(text)["rows"]] == [1]
 
 
 @pytest.mark.parametrize("line", ['{"date": "2026-01', "[]", '{"date": 5}', "[" * 100_000])

@@ -136,6 +136,29 @@ def test_a_changed_run_goes_on_only_when_that_is_forced(
     assert navbench(capsys, "verify", str(run), "--sample", "0")[0] == 1, "but not what it was"
 
 
+def test_a_damaged_manifest_is_told_however_one_goes_on(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    manifest = run / "run.json"
+    manifest.write_text(manifest.read_text()[:300])
+    for more in ((), ("--force",)):
+        status, _, error = navbench(capsys, "run", "--resume", str(run), *more)
+        assert status == 1 and error.count("\n") == 1 and "run.json" in error
+    assert "is damaged; restore it" in error
+
+
+def test_runs_of_a_suite_that_have_not_begun_to_drive_are_passed_over(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = run.parent / "begun"
+    shutil.copytree(run, begun)
+    for table in begun.glob("*.parquet"):
+        table.unlink()
+    status, out, error = navbench(capsys, "verify", str(run.parent), "--sample", "1", "--json")
+    assert status == 0 and len(json.loads(out)["runs"]) == 1
+    assert f"note: '{begun}' has no deliveries yet, and is left out" in error
+
+
 def test_force_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--force goes with --resume" in navbench(capsys, "run", "--force")[2]
 

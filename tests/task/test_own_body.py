@@ -162,3 +162,11 @@ def test_it_drives_and_stays_upright(file, shape):
     end = delivery.truth.pose
     assert delivery.verdict is None
     assert math.hypot(end.x - begin.x, end.y - begin.y) > 0.2
+
+
+def test_files_of_one_name_drive_each_their_own_robot(file, tmp_path: Path) -> None:
+    old = load_stack(file("robot_radius: 0.1"))
+    new = load_stack(file("robot_radius: 0.4"))
+    assert Path(old.robot).name == Path(new.robot).name == "mine-robot.yaml"
+    assert body(old).half_size[0] == pytest.approx(0.1 / math.sqrt(2.0), abs=1e-6)
+    assert body(new).half_size[0] == pytest.approx(0.4 / math.sqrt(2.0), abs=1e-6)

@@ -124,3 +124,13 @@ def test_all_foreign_layers_are_refused_at_once_and_may_be_left_out(tmp_path):
 def test_only_layers_can_be_left_out(foreign):
     with pytest.raises(InputError, match="only a costmap's layers can be left out"):
         make_study(stacks=[str(foreign)], episodes=1, substitutes=["FollowPath=none"])
+
+
+def test_files_of_one_name_stay_apart(foreign: Path) -> None:
+    asked = [f"FollowPath={DWB}"]
+    old = make_study(stacks=[str(foreign)], episodes=1, substitutes=asked).stacks[0]
+    text = foreign.read_text(encoding="utf-8")
+    foreign.write_text(text.replace("max_vel_x: 0.61", "max_vel_x: 0.37"), encoding="utf-8")
+    new = make_study(stacks=[str(foreign)], episodes=1, substitutes=asked).stacks[0]
+    files = [load_nav2(Path(stack.nav2_file), allow_unknown=True) for stack in (old, new)]
+    assert [read_controller(nav2).params.max_vel_x for nav2 in files] == [0.61, 0.37]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.episode.files import nav2_parameters
+from harness.execution.process_cache import forget_changed
 from harness.meetings.allowed import require_meetings
 from harness.meetings.estimators import DELIVERIES
 from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
@@ -15,7 +16,7 @@ from harness.storage.shipped import resolve, shipped
 from harness.study.manifest import about, parameters
 from harness.study.places import Where
 from harness.study.preflight import check
-from harness.task.own_body import is_own
+from harness.task.made_files import is_made
 from harness.task.stack import Stack
 from harness.task.study import Study, is_recording, make_study
 from harness.tuning.declaration import MARGIN_OBJECTIVE, ORIGINAL, SPACE, StudyDeclaration, sizes
@@ -93,6 +94,7 @@ def tune(
         InputError: a value that ``navbench run`` would refuse too, or a search space that does not
             fit the file.
     """
+    forget_changed()
     where, map_name = where or Where(), drivable(map)
     is_fitted = budget is not None and episodes is None
     if episodes is None:
@@ -243,4 +245,4 @@ def _short(file: str, stack: Stack, field: str) -> str:
     path = Path(file)
     if path.parent.parent == shipped("params").resolve():
         return path.stem
-    return f"params/{stack.name}-{field}.yaml" if is_own(file) else file
+    return f"params/{stack.name}-{field}.yaml" if is_made(file) else file
