@@ -44,6 +44,7 @@ from navstack.types import (
 )
 
 NODE = "navbench_drive"
+AGAIN = "send /initialpose and a goal"
 MOST_JUMP = 1.0  # [s] that the clock may advance between two ticks under way
 # [s] of the clock that the stamps of scan and odometry may be behind it, or ahead of it
 MOST_AGE = 1.0
@@ -95,7 +96,8 @@ class DriveNode:
         self._seed, self._period, self._is_stamped = seed, 1.0 / rate, is_stamped
         self._is_simulated = is_simulated
         self._site = LocalFrame(params.latitude, params.longitude)
-        self._start: Pose2D | None = None
+        self._start: Pose2D | None = None  # where the next goal finds the robot
+        self._is_known = False  # whether the brain has followed the robot since it was told
         self._goal: Pose2D | None = None
         self._offset: float | None = None  # [s] of the clock at the goal's first tick
         self._last = -math.inf  # [s] of the clock at the last tick
@@ -203,7 +205,7 @@ class DriveNode:
         if self._goal is None:
             return
         if self._offset is not None and not 0.0 <= jump <= MOST_JUMP:
-            self._give_up(f"the clock jumped by {jump:.3g} s; waiting for a new goal")
+            self._give_up(f"the clock jumped by {jump:.3g} s; {AGAIN}")
             return
         if self._stop_if(self._old(now) or self._gone()):
             return
@@ -213,15 +215,15 @@ class DriveNode:
         try:
             command = self._navigator.tick(observation)
         except NavstackError as error:
-            self._give_up(f"{error}; waiting for a new goal")
+            self._give_up(f"{error}; {AGAIN}")
             return
         self._send(command)
         self._is_stopped, self._why = False, ""
         self._tell(_STATUS[self._navigator.status])
 
     def _give_up(self, why: str) -> None:
-        """End the goal."""
-        self._goal = None
+        """End the goal; where the robot is then nobody follows."""
+        self._goal, self._is_known = None, False
         self._stop(why)
         self._tell(GoalStatus.STATUS_ABORTED)
 
@@ -279,13 +281,18 @@ class DriveNode:
         goal = self._pose_of(message, "a goal")
         if goal is None:
             return
-        if self._start is None:
+        if self._start is not None:
+            believed = Belief(self._start)
+        elif self._is_known:
+            believed = dataclasses.replace(self._navigator.belief, stamp=0.0)
+        else:
             self._say("a goal came before /initialpose; send that first")
             return
+        self._start, self._is_known = None, True
         self._goal, self._offset, self._new = goal, None, {}
         self._told = GoalStatus.STATUS_UNKNOWN
         streams = np.random.default_rng(self._seed).spawn(3)
-        self._navigator.reset(goal, Belief(self._start), Generators(*streams))
+        self._navigator.reset(goal, believed, Generators(*streams))
 
     def _pose_of(self, message: Any, what: str) -> Pose2D | None:
         """The pose of a message in the map; None: it is none, and the user is told."""

@@ -14,7 +14,7 @@ import pytest
 from harness.task.ros2_params import Ros2Params
 from navstack.errors import InputError, NavstackError
 from navstack.navigation_status import Status
-from navstack.types import Observation, Pose2D, Twist2D
+from navstack.types import Belief, Observation, Pose2D, Twist2D
 
 drive = pytest.importorskip("harness.ros2.drive", exc_type=ImportError)
 
@@ -40,10 +40,13 @@ class Eager:
 
     def __init__(self) -> None:
         self.seen: list[Observation] = []
+        self.began: list[tuple[Pose2D, Belief]] = []
         self.error: NavstackError | None = None
 
     def reset(self, goal: Pose2D, belief: Any, generators: Any) -> None:
         self.goal = goal
+        self.belief = belief
+        self.began.append((goal, belief))
 
     def tick(self, observation: Observation) -> Twist2D:
         self.seen.append(observation)
@@ -326,3 +329,29 @@ def test_a_map_that_is_none_is_one_line(fault: str) -> None:
         message.data, message.info.width = [], 0
     with pytest.raises(InputError, match="/map has"):
         messages.grid_of(message)
+
+
+def test_a_later_goal_goes_on_from_where_the_robot_is() -> None:
+    brain, told = Eager(), []
+    drive.join()
+    node = drive.DriveNode(brain, Ros2Params(), Pose2D(), 50.0, 0, told.append, is_simulated=False)
+
+    def send(x: float) -> None:
+        node._take_goal(messages.goal_message(Pose2D(x, 0.0), 0.0, "map"))
+
+    send(30.0)
+    assert brain.began == [] and "came before /initialpose" in told[0]
+    node._take_start(messages.start_message(Pose2D(1.0, 0.0), 0.0, "map"))
+    send(30.0)
+    brain.belief = Belief(Pose2D(29.9, 0.0), 0.01 * np.eye(3), stamp=40.0)
+    send(60.0)
+    (_, first), (goal, second) = brain.began
+    assert (first.pose.x, goal.x, second.pose.x) == (1.0, 60.0, 29.9)
+    assert second.covariance[0, 0] == 0.01 and second.stamp == 0.0
+    node._give_up("the clock jumped")
+    send(90.0)
+    assert len(brain.began) == 2 and "came before /initialpose" in told[-1]
+    node._take_start(messages.start_message(Pose2D(5.0, 0.0), 0.0, "map"))
+    send(90.0)
+    assert brain.began[-1][1].pose.x == 5.0
+    node.spin(0.0)
