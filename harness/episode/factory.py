@@ -199,12 +199,25 @@ class Parts:
             return _policy_brain(
                 world, self._place, task.stack, task.allow_unknown, self.params.people
             )
-        prices = delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
         factor = self.rules.real_time_factor
-        given = world, self._place, task.stack, task.allow_unknown, prices, factor
+        given = world, self._place, task.stack, task.allow_unknown, self._delivery_prices, factor
         if isinstance(self._place, str):
             return _navigator(*given)
         return _make_navigator(*given)
+
+    def navigator_by(self, nav2: Nav2File, world: World) -> Navigator:
+        """The brain by another Nav2 file than the stack's."""
+        return navigator_on(
+            self.scene,
+            world,
+            self._task.stack,
+            on_wall_time(nav2, self.rules.real_time_factor),
+            self._delivery_prices,
+        )
+
+    @property
+    def _delivery_prices(self) -> DeliveryPrices:
+        return delivery_prices(self.prices, self.rules, self.params.contacts.counted_impulse)
 
 
 def _make_world(

@@ -21,6 +21,7 @@ from harness.storage.texts import quoted
 from harness.study.manifest import load_study
 from harness.study.stored_run import StoredRun
 from harness.task.brain import Brain
+from harness.task.stack import ROS2
 from harness.task.study import EpisodeTask
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
@@ -151,6 +152,11 @@ def task_of(run: StoredRun, episode: int) -> EpisodeTask:
     )
     if task is None:
         raise InputError(f"{run.folder}: the study has no episode {episode} of {name}")
+    if task.stack.navigator == ROS2:
+        raise InputError(
+            f"{run.folder}: its deliveries were driven over ROS 2 and cannot be driven again; make "
+            "the run with --record full"
+        )
     return dataclasses.replace(task, keep_trace=True, keep_decisions=True)
 
 

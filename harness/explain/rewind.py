@@ -15,7 +15,7 @@ from typing import cast
 
 import numpy as np
 
-from harness.episode.brains import navigator_on, steps_per_tick
+from harness.episode.brains import steps_per_tick
 from harness.episode.episode import Delivery, run_episode
 from harness.episode.factory import Parts
 from harness.explain.brains import HandOver, TakeOver
@@ -104,9 +104,7 @@ def drive_changed(task: EpisodeTask, settings: Sequence[str], moment: float) -> 
     made: list[HandOver] = []
 
     def make(parts: Parts, world: World) -> Brain:
-        first, second = (
-            navigator_on(parts.scene, world, task.stack, file) for file in (nav2, changed)
-        )
+        first, second = (parts.navigator_by(file, world) for file in (nav2, changed))
         made.append(HandOver(first, second, moment))
         return cast(Brain, made[0])
 

@@ -158,7 +158,8 @@ def _side(footprint: FloatArray, chosen: FloatArray) -> str:
 
 def _stood(evidence: Evidence) -> str:
     """Since when and why it was to stand; empty: it was not."""
-    if found := GAVE_UP.search(evidence.row.get("navigator_history") or ""):
+    last = (evidence.row.get("navigator_history") or "").rpartition("; ")[2]
+    if found := GAVE_UP.fullmatch(last):  # else its goal was sent again
         stamp, why = found.groups()
         error = evidence.row["navigator_error"]
         return f"At {stamp} s the navigator gave up and let it stand: {why} ({error})."

@@ -35,6 +35,9 @@ _APART = 3.0  # [s] between two events of one kind
 _BESIDE = 0.35  # [m] between the robot's outline and what it touched on the map
 _OFF_THE_MAP = 0.2  # [-] share of the poses that no map of theirs has off its free ground
 _JUMP = 1.0  # [m] by which a standing robot's believed place may not change
+# a step of fixes of a standing robot: its median and its largest by noise, in standard deviations
+_MEDIAN_STEP, _BEYOND_NOISE = 1.665, 7.07
+_GAP = 3.0  # periods between two rows of odometry between which others are missing
 
 
 People = list[tuple[float, Pose2D, FloatArray]]  # [s], pose, (n, 5) track, x, y, vx, vy
@@ -218,9 +221,11 @@ def _hard_brakes(log: DriveLog) -> list[DriveEvent]:
         return []
     period = period_of(stamps)
     width = max(round(_SMOOTH / period) | 1, 5)
-    if width > len(stamps):
-        return []
-    slopes = savgol_filter(speeds, width, 2, deriv=1, delta=period)
+    slopes = np.zeros(len(stamps))
+    gaps = (np.diff(stamps) > _GAP * period) | _over_a_pause(log, stamps)
+    for part in np.split(np.arange(len(stamps)), np.flatnonzero(gaps) + 1):
+        if len(part) >= width:
+            slopes[part] = savgol_filter(speeds[part], width, 2, deriv=1, delta=period)
     found: list[DriveEvent] = []
     for at in np.flatnonzero(slopes < -HARD_BRAKE):
         stamp = float(stamps[at])
@@ -238,14 +243,17 @@ def _interventions(log: DriveLog) -> list[DriveEvent]:
     places = log.poses if len(log.poses) else log.fixes
     if len(places) < 2:
         return []
-    still = standing(log)
+    rows = np.searchsorted(log.stamps, places[:-1, 0]).clip(max=len(log.stamps) - 1)
+    still = standing(log)[rows] & ~_over_a_pause(log, places[:, 0])
+    jumps = np.where(still, np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2])), 0.0)
+    least = np.full(len(jumps), _JUMP)
+    if not len(log.poses) and still.any():
+        noise = np.maximum(places[1:, 3], np.median(jumps[still]) / _MEDIAN_STEP)
+        least = np.maximum(least, _BEYOND_NOISE * noise)
     found: list[DriveEvent] = []
-    jumps = np.hypot(np.diff(places[:, 1]), np.diff(places[:, 2]))
-    jumps[_over_a_pause(log, places[:, 0])] = 0.0
-    for at in np.flatnonzero(jumps > _JUMP):
+    for at in np.flatnonzero(jumps > least):
         stamp = float(places[at, 0])
-        row = min(int(np.searchsorted(log.stamps, stamp)), len(still) - 1)
-        if still[row] and (not found or stamp - found[-1].stamp > _APART):
+        if not found or stamp - found[-1].stamp > _APART:
             found.append(DriveEvent("intervention", stamp, "jump", float(jumps[at])))
     return found
 

@@ -78,7 +78,11 @@ class PolicyProcess:
             )
         self._connection = ours
         self._end = weakref.finalize(self, _end, self._process, ours)
-        self._ask("load", (self._policy, self._params.file), self._params.start_limit)
+        try:
+            self._ask("load", (self._policy, self._params.file), self._params.start_limit)
+        except PolicyError:
+            self.close()  # the next delivery tries again
+            raise
 
     def _ask(self, what: str, given: Any, limit: float) -> FloatArray | None:
         """Send a request and wait for its answer; None: it was done.

@@ -52,6 +52,7 @@ class Ros2Brain(Brain):
         self._watch = Stopwatch()
         self._offset, self._stamp = BEFORE, 0.0
         self._next = 0.0  # [s] of the clock at which the next command is due
+        self._paced_at = self._paced = 0.0  # [s] of wall time and clock when it was paced last
         self._started = False
 
     @property
@@ -107,14 +108,15 @@ class Ros2Brain(Brain):
         if not self._started:
             self._settle(observation)
             self._started = True
+            self._paced_at, self._paced = time.monotonic(), self._offset + observation.stamp
         else:
-            began, clock = time.monotonic(), self._offset + observation.stamp
+            clock = self._offset + observation.stamp
             self._publish(observation)
             # a peer's timers have a phase of their own, which its commands' stamps tell
             is_each = self._params.controller_frequency == 0.0
             if is_each or clock >= self._next - TOLERANCE:
                 self._next = clock + self._period
-                self._wait(began)
+                self._wait()
             else:
                 robot.take_in()
         if robot.heard != heard:
@@ -124,7 +126,7 @@ class Ros2Brain(Brain):
             return Twist2D()
         return robot.command
 
-    def _wait(self, began: float) -> None:
+    def _wait(self) -> None:
         """Wait for the command of a period: in lockstep for itself, else for its wall time."""
         params, period = self._params, self._period
         timeout = params.wait
@@ -141,7 +143,10 @@ class Ros2Brain(Brain):
                 "is the navigation still running?"
             )
         if params.rate > 0.0:
-            time.sleep(max(0.0, began + period / params.rate - time.monotonic()))
+            clock = self._offset + self._stamp
+            due = self._paced_at + (clock - self._paced) / params.rate
+            time.sleep(max(0.0, due - time.monotonic()))
+            self._paced_at, self._paced = time.monotonic(), clock
 
     def _settle(self, first: Observation) -> None:
         """Let the peer see where it is, send it the goal, and wait until it drives.

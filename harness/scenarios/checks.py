@@ -83,8 +83,13 @@ def _gives_up_with(drive: ScenarioDrive, error: str) -> Answer:
 
 
 def _stays_off(drive: ScenarioDrive, kinds: tuple[str, ...]) -> Answer:
-    zones = [zone for zone in drive.scene.zones if zone.kind in kinds]
-    ground = shapely.union_all([shapely.Polygon(zone.polygon) for zone in zones])
+    ground = shapely.Polygon()
+    for zone in drive.scene.zones:  # of those that overlap the later counts
+        polygon = shapely.Polygon(zone.polygon)
+        if zone.kind in kinds:
+            ground = ground.union(polygon)
+        else:
+            ground = ground.difference(polygon)
     x, y, yaw = drive.poses.T
     on_it = np.zeros(len(x), dtype=bool)
     for ahead, left in drive.feet:

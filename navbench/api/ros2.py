@@ -32,7 +32,7 @@ def serve(
     stack: str = SERVED,
     settings: dict[str, Any] | None = None,
     out: Path | None = None,
-    workers: int | None = None,
+    where: Where | None = None,
     **options: Any,
 ) -> Driven:
     """Drive deliveries by the commands of ROS 2 nodes, one after the other.
@@ -42,15 +42,21 @@ def serve(
         stack: a stack file whose navigator is ros2.
         settings: of :class:`harness.task.ros2_params.Ros2Params` that differ from the stack's.
         out: run folder; None: ``results/<time>-<name>``.
-        workers: None or 1, as there is one robot.
+        where: on this machine by one worker, as there is one robot; None: so.
         options: as of :func:`navbench.run`.
 
     Raises:
         InputError: ROS 2 is not here, or a value that ``navbench run`` would refuse too.
     """
     require_ros2()
-    if workers not in (None, 1):
-        raise InputError(f"serve has one robot; --workers {workers} is given, give --workers 1")
+    where = where or Where()
+    if not where.is_local:
+        raise InputError("serve has one robot, on this machine; leave out --executor")
+    if where.workers not in (None, 1):
+        raise InputError(
+            f"serve has one robot; --workers {where.workers} is given, give --workers 1"
+        )
+    where = dataclasses.replace(where, workers=1)
     loaded = load_stack(stack, robot=options.pop("robot", None))
     if loaded.navigator != ROS2:
         raise InputError(f"stack '{stack}' has navigator '{loaded.navigator}'; serve needs ros2")
@@ -62,7 +68,7 @@ def serve(
     with tempfile.TemporaryDirectory(prefix="navbench-serve-") as folder:
         file = Path(folder) / f"{name}.yaml"
         file.write_text(dump_dataclass(loaded), encoding="utf-8")
-        return drive_stacks([str(file)], out=out, where=Where(workers=1), **options)
+        return drive_stacks([str(file)], out=out, where=where, **options)
 
 
 def drive_robot(

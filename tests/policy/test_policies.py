@@ -109,6 +109,18 @@ def test_a_lost_policy_is_loaded_again(stack: Write, task_of: Task) -> None:
         assert "status 7" in run_episode(task).row["stack_error"]
 
 
+def test_a_policy_that_could_not_be_loaded_is_loaded_again(stack: Write, tmp_path: Path) -> None:
+    """As when the memory that it needs is free a moment later."""
+    (tmp_path / "gain.txt").write_text("much")
+    loaded = load_stack(str(stack("Weighed", more=", file: gain.txt")))
+    policy = PolicyProcess(loaded.navigator, loaded.policy)
+    with pytest.raises(PolicyError, match="load: ValueError"):
+        policy.reset(0)
+    (tmp_path / "gain.txt").write_text("2.5")
+    policy.reset(0)
+    policy.close()
+
+
 @pytest.mark.parametrize(
     ("policy", "told"),
     [("nowhere:Policy", "load: ModuleNotFoundError"), ("math:Policy", "load: AttributeError")],

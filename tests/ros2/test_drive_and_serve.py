@@ -13,6 +13,7 @@ import pytest
 
 import navbench
 from harness.metrics.columns import Row
+from harness.study.places import Where
 from harness.study.verification import ELSEWHERE, verify_run
 from navbench.api.ros2 import serve
 from navstack.errors import InputError
@@ -141,7 +142,7 @@ def test_what_cannot_be_served_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="navigator 'nav2'; serve needs ros2"):
         serve(stack="nav2-gps")
     with pytest.raises(InputError, match="--workers 2 is given, give --workers 1"):
-        serve(workers=2, episodes=1, out=tmp_path / "two")
+        serve(where=Where(workers=2), episodes=1, out=tmp_path / "two")
     with pytest.raises(InputError, match="ros2 has no speed"):
         serve(settings={"speed": 2.0})
 

@@ -1,6 +1,7 @@
 """In lockstep a command is waited for when the peer's timer has it due, whatever its phase is."""
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -79,3 +80,21 @@ def test_nobody_who_drives_is_told_of() -> None:
     subject.reset(Pose2D(5.0), Belief(Pose2D()), Generators(*streams))
     with pytest.raises(brain.PeerError, match="nobody listens to /goal_pose within 0.01 s"):
         subject.tick(Observation(0.0))
+
+
+@pytest.mark.parametrize("frequency", [20.0, 30.0, 0.0])
+def test_the_clock_runs_as_fast_as_it_was_asked_to(frequency: float) -> None:
+    """Whatever the peer's period, which is no whole number of ticks."""
+    rate = 20.0
+    params = Ros2Params(
+        controller_frequency=frequency, rate=rate, wait=5.0, settle=0.1, most_missed=1.0
+    )
+    peer = TimedPeer(0.0, True)
+    subject = brain.Ros2Brain(lambda: peer, params, lambda: (Pose2D(), np.empty((0, 4))))
+    streams = np.random.default_rng(0).spawn(3)
+    subject.reset(Pose2D(5.0), Belief(Pose2D()), Generators(*streams))
+    subject.tick(Observation(0.0))
+    began = time.monotonic()
+    for tick in range(1, 101):
+        subject.tick(Observation(tick * TICK))
+    assert rate * (time.monotonic() - began) >= 0.9 * 100 * TICK

@@ -28,6 +28,14 @@ checks: {arrives_within: 10.0}
 """
 
 
+ON_THE_SIDEWALK = """\
+title: "It stands on the sidewalk."
+map: sidewalk
+start: {x: -67.9, y: -71.9, yaw: 0.0}
+goal: {x: -89.7, y: -63.5, yaw: 0.0}
+time_limit: 0.5
+checks: {stays_off: [road]}
+"""
 ZERO = "moves_at_most: 0, never_closer_than: 0.0, no_collision: false"
 
 
@@ -188,3 +196,9 @@ def test_the_command_wants_files_or_all(capsys: pytest.CaptureFixture[str]) -> N
             main(arguments)
         assert leaving.value.code == 1
         assert "give scenario files, or --all" in capsys.readouterr().err
+
+
+def test_of_grounds_that_overlap_the_later_counts(tmp_path: Path) -> None:
+    """On a built-in map the road lies below all sidewalks."""
+    result = run_scenario(write(tmp_path, ON_THE_SIDEWALK))
+    assert [finding.holds for finding in result.findings] == [True]

@@ -76,11 +76,11 @@ def serve(
         raise InputError(f"--lockstep and --rate {rate:g} exclude each other; give one of them")
     settings = {
         "controller_frequency": controller_frequency,
-        "rate": rate,
+        "rate": 0.0 if lockstep else rate,
         "wait": wait,
         "start_limit": start_limit,
         "settle": settle,
         "publishes_map_frame": localization and localization == "truth",
     }
-    driven = drive(name, stack=stack, settings=settings, out=out, workers=where.workers, **choices)
+    driven = drive(name, stack=stack, settings=settings, out=out, where=where, **choices)
     sys.exit(print_driven(driven, as_json, is_full, False))

@@ -27,6 +27,7 @@ from navstack.navigation_status import Status
 START, GOAL = (10.0, 20.0, 0.0), (50.0, 22.0, 0.0)  # in the hall
 SECONDS = 5.0  # [s] of every delivery here
 MOMENT = 2.0  # [s]
+OWN_SPEED = "controller_server.FollowPath.max_speed"
 SPEED, SCALE = (
     "controller_server.FollowPath.max_vel_x",
     "controller_server.FollowPath.BaseObstacle.scale",
@@ -55,12 +56,20 @@ def value_of(task, path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stack", ["nav2-gps", "nav2-amcl"])
-def test_with_nothing_changed_everything_comes_out_as_it_was(stack, rules, hall):
-    task = task_for(stack, rules, hall)
+@pytest.mark.parametrize(
+    ("stack", "speed", "factor"),
+    [("nav2-gps", SPEED, 1.0), ("nav2-amcl", SPEED, 1.0), ("evasive-gps-ekf", OWN_SPEED, 0.5)],
+)
+def test_with_nothing_changed_everything_comes_out_as_it_was(
+    stack, speed, factor, rules, hall, tmp_path
+):
+    """Also where the study's prices, its timeout and its clock's rate decide how it drives."""
+    own = tmp_path / "rules.yaml"
+    own.write_text(f"{rules.read_text()}real_time_factor: {factor}\n")
+    task = task_for(stack, own, hall)
     as_it_was = run_episode(task)
     forget()  # three brains at once are 1.5 GB
-    rewound = drive_changed(task, [f"{SPEED}={value_of(task, SPEED)}"], MOMENT)
+    rewound = drive_changed(task, [f"{speed}={value_of(task, speed)}"], MOMENT)
     forget()
     assert rewound.delivery.row == as_it_was.row
     assert rewound.delivery.events == as_it_was.events

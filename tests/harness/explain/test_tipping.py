@@ -76,6 +76,10 @@ def test_why_it_stood_is_told():
         "At 9.0 s the navigator gave up and let it stand: all retries (NO_VALID_PATH)."
         in words_of(row=gave_up | history)
     )
+    again = {"navigator_history": "9.0 s gave up: all retries; 19.0 s the goal is sent again"}
+    assert "gave up" not in words_of(row=gave_up | again), "and it drove on"
+    twice = {"navigator_history": f"{again['navigator_history']}; 29.0 s gave up: no way"}
+    assert "At 29.0 s the navigator gave up" in words_of(row=gave_up | twice)
     standing = evidence().trace.copy()
     standing[STAMPS > END - 3.05, 9:11] = 0.0
     assert "It was commanded to stand for the last 3.1 s." in words_of(trace=standing)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from harness.identify.drive_events import _interventions, doubt_of_map
+from harness.identify.drive_events import _hard_brakes, _interventions, doubt_of_map
 from harness.recorded.drive_log import LEFT, PAUSE, DriveLog, Pauses
 from harness.recorded.log import LogRequest, read_log
 from navbench.api.cost_log import cost_log
@@ -67,6 +67,25 @@ def test_a_robot_that_stands_elsewhere_after_a_pause_was_not_taken_over(tmp_path
     assert _interventions(dataclasses.replace(log, poses=carried)) == []
     carried[:, 0] = 1.0, 5.0
     assert len(_interventions(dataclasses.replace(log, poses=carried))) == 1
+
+
+@pytest.mark.parametrize(("spread", "count"), [(0.02, 1), (1.0, 1)])
+def test_noise_of_fixes_is_no_takeover(tmp_path: Path, spread: float, count: int) -> None:
+    """Of a receiver without corrections each fix is metres beside the last one."""
+    log, _ = read(tmp_path, straight(0.0, 0.0))
+    stamps = np.arange(0.0, 10.0, 0.1)
+    places = np.random.default_rng(0).normal(0.0, spread, (len(stamps), 2))
+    places[stamps > 5.0] += 20.0  # it is carried away
+    fixes = np.column_stack((stamps, places, np.zeros(len(stamps))))
+    assert len(_interventions(dataclasses.replace(log, fixes=fixes))) == count
+
+
+@pytest.mark.parametrize("gap", [0.0, 2.0, DAY])
+def test_what_is_missing_is_no_brake(tmp_path: Path, gap: float) -> None:
+    """It stands when messages come again."""
+    log, _ = read(tmp_path, straight(0.0, 1.5), straight(10.0 + gap, 0.0))
+    brakes = _hard_brakes(log)
+    assert [each.stamp for each in brakes] == ([] if gap else [pytest.approx(10.0, abs=0.2)])
 
 
 @pytest.mark.parametrize(("pushed", "count"), [((1.0, 0.0), 0), ((1.0, 0.5), 1), ((-1.0, 0.0), 1)])
