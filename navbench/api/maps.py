@@ -25,9 +25,12 @@ from harness.world.map.statistics import (
     measure,
     measure_edges,
 )
+from navbench.api.progress import say
 from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import FREE
 from navstack.errors import InputError, MapError, UnknownNameError
 
+BLOCKED = 0.1  # [m2] of a mesh within solid things from which on that is told
 LENGTH_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 # [m] of shortest paths on the paper's map
 PUBLISHED_MEAN_LENGTHS = {"published": 102.0, "uniform": 129.0}
@@ -91,6 +94,13 @@ def import_map(
     scene = import_scene(name, load_map(mesh), load_map(geometry), settings)
     with arriving_together(out, name) as made:
         save_scene(scene, made, name)
+    blocked = (scene.navigation_mesh.data == FREE) & (scene.walkable.data != FREE)
+    area = float(blocked.sum()) * scene.navigation_mesh.resolution**2
+    if area >= BLOCKED:
+        say(
+            f"note: {area:.1f} m2 of the mesh are solid in the geometry; missions may begin and "
+            "end in there"
+        )
     return out / f"{name}.yaml"
 
 

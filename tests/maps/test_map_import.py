@@ -161,6 +161,17 @@ def test_the_command_makes_a_map_that_can_be_driven_on(tmp_path, capsys):
     assert status(*command) == 1 and "exists already" in capsys.readouterr().err
 
 
+def test_a_mesh_within_solid_things_is_told(tmp_path, capsys):
+    mesh, geometry = place()
+    solid = geometry.data.copy()
+    solid[60:100, 200:240] = OCCUPIED  # a kiosk of 16 m2 on the southern pavement
+    save_map(mesh, tmp_path / "mesh.yaml")
+    save_map(OccupancyGrid(solid, R, geometry.origin), tmp_path / "geometry.yaml")
+    command = ["--mesh", f"{tmp_path}/mesh.yaml", "--geometry", f"{tmp_path}/geometry.yaml"]
+    assert status(*command, "--name", "town", "--out", str(tmp_path / "maps")) == 0
+    assert "note: 16.0 m2 of the mesh are solid in the geometry" in capsys.readouterr().err
+
+
 def test_maps_that_do_not_belong_together_are_refused():
     mesh, geometry = place()
     far = OccupancyGrid(geometry.data, R, Pose2D(1000.0, 0.0))
