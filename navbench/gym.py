@@ -24,7 +24,7 @@ from harness.execution.arithmetic import warn_of_other_arithmetic
 from harness.execution.process_cache import forget
 from harness.policy.brain import SteeredBrain
 from harness.policy.interface import ROUTE_POINTS, Image, PolicyObservation
-from harness.storage.shipped import DEFAULT_WORLD
+from harness.storage.shipped import DEFAULT_WORLD, is_district
 from harness.task.camera_params import CameraParams
 from harness.task.study import make_study
 from harness.world.sensors.suite import SensorParams
@@ -94,6 +94,10 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         study = make_study(
             stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options
         )
+        if is_district(map):
+            raise InputError(
+                f"'{map}' is a district, whose missions have legs; give a map for one environment"
+            )
         given = study.template.stack
         if not given.nav2_file:
             raise InputError(f"stack '{given.name}' does not drive; give one with a Nav2 file")

@@ -47,7 +47,7 @@ def checked_belief(belief: object, localizer: object) -> Belief:
         is_place = all(map(math.isfinite, (pose.x, pose.y, pose.yaw)))
         if is_place and covariance.shape == (3, 3) and covariance.dtype.kind in "fiu":
             flat = covariance.ravel()
-            if not math.isnan(flat.dot(flat)):  # every tick: a third of what np.isnan takes
+            if math.isfinite(flat.dot(flat)):  # every tick: a third of what np.isnan takes
                 return belief
     raise PluginError(_refusal(localizer, belief, "a Belief of finite numbers, covariance (3, 3)"))
 

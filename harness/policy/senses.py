@@ -40,6 +40,11 @@ class Route:
         self._points: FloatArray = np.ascontiguousarray(path.poses[:, :2])
         steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._along = np.concatenate(([0.0], np.cumsum(steps)))  # [m] of each point
+        if steps.max(initial=0.0) > ROUTE_SPACING:
+            between = np.arange(0.0, self._along[-1], ROUTE_SPACING)
+            along = np.union1d(self._along, between)
+            self._points = self._points_at(along)
+            self._along = along
         self._at = 0  # index of the point that was nearest last
 
     def ahead(self, pose: Pose2D) -> FloatArray:
@@ -52,10 +57,11 @@ class Route:
             begin, squared = 0, self._squared(pose, 0, len(self._points))
         self._at = begin + int(squared.argmin())
         wanted = self._along[self._at] + ROUTE_SPACING * np.arange(1, ROUTE_POINTS + 1)
-        points = np.column_stack(
-            [np.interp(wanted, self._along, self._points[:, k]) for k in (0, 1)]
-        )
-        return points_relative_to(pose, points)
+        return points_relative_to(pose, self._points_at(wanted))
+
+    def _points_at(self, along: FloatArray) -> FloatArray:
+        """Points (n, 2) [m] of the route, so far [m] along it."""
+        return np.column_stack([np.interp(along, self._along, self._points[:, k]) for k in (0, 1)])
 
     def _squared(self, pose: Pose2D, begin: int, end: int) -> FloatArray:
         offset = self._points[begin:end] - (pose.x, pose.y)

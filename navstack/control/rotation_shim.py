@@ -43,6 +43,7 @@ class RotationShimController(Controller):
         self._params = params
         self._primary = primary
         self.wants_tracks = primary.wants_tracks
+        self.acts_at_rest = primary.acts_at_rest
         self._footprint = footprint
         self._period = 1.0 / controller_frequency  # [s]
         self._xy_goal_tolerance = xy_goal_tolerance

@@ -18,6 +18,7 @@ BIN_LENGTH = 0.5  # [m] along x and y
 BIN_ANGLE = math.radians(10.0)  # [rad]
 
 _HALF = 1 << 20  # bins on either side of 0: 524 km
+FAR = 262_144.0  # [m] from the map frame's origin from which on places are taken from another one
 _EMPTY = np.int64(-1)
 # 2^64 over the golden ratio: Fibonacci hashing (Knuth, vol. 3, sec. 6.4)
 _MIXER = np.uint64(0x9E3779B97F4A7C15)
@@ -37,6 +38,21 @@ def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: floa
     b = 2.0 / (9.0 * (bins - 1))
     x = 1.0 - b + math.sqrt(b) * quantile
     return min(max(math.ceil((bins - 1) / (2.0 * error) * x * x * x), fewest), most)
+
+
+@njit()
+def origin_near(poses: FloatArray) -> tuple[float, float]:
+    """Where x and y [m] of poses (N, 3) are counted from: 0, or whole bins where they are far.
+
+    A map in UTM's coordinates has northings of millions of metres.
+    """
+    x = 0.0
+    y = 0.0
+    if abs(poses[0, 0]) > FAR:
+        x = BIN_LENGTH * math.floor(poses[0, 0] / BIN_LENGTH)
+    if abs(poses[0, 1]) > FAR:
+        y = BIN_LENGTH * math.floor(poses[0, 1] / BIN_LENGTH)
+    return x, y
 
 
 @njit(inline="always")
@@ -71,8 +87,9 @@ def _empty_table(count: int) -> IntArray:
 def count_bins(poses: FloatArray) -> int:
     """How many bins poses (N, 3) fill."""
     keys, bins = _empty_table(len(poses)), 0
+    x, y = origin_near(poses)
     for j in range(len(poses)):
-        key = _key(poses[j, 0], poses[j, 1], poses[j, 2])
+        key = _key(poses[j, 0] - x, poses[j, 1] - y, poses[j, 2])
         slot = _slot(keys, key)
         if keys[slot] == _EMPTY:
             keys[slot] = key
@@ -110,13 +127,14 @@ def resample(
     drawn = np.empty((most, 3))
     keys, bins = _empty_table(most), 0
     total = cumulative[-1]
+    x, y = origin_near(poses)
     for n in range(most):
         if is_stray[n]:
             drawn[n] = strays[n]
         else:
             above = np.searchsorted(cumulative, draws[n] * total, side="right")
             drawn[n] = poses[min(above, len(cumulative) - 1)]
-        key = _key(drawn[n, 0], drawn[n, 1], drawn[n, 2])
+        key = _key(drawn[n, 0] - x, drawn[n, 1] - y, drawn[n, 2])
         slot = _slot(keys, key)
         if keys[slot] == _EMPTY:
             keys[slot] = key
@@ -135,8 +153,9 @@ def label_clusters(poses: FloatMatrix) -> npt.NDArray[np.int64]:
     keys = _empty_table(len(poses))
     clusters = np.full(len(keys), _EMPTY, np.int64)  # of the bin in each slot
     slots = np.empty(len(poses), np.int64)
+    x, y = origin_near(poses)
     for j in range(len(poses)):
-        key = _key(poses[j, 0], poses[j, 1], poses[j, 2])
+        key = _key(poses[j, 0] - x, poses[j, 1] - y, poses[j, 2])
         slots[j] = _slot(keys, key)
         keys[slots[j]] = key
     labels = np.empty(len(poses), np.int64)

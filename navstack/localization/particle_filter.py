@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from navstack.localization.free_space import FreeSpace
-from navstack.localization.kld import label_clusters, resample
+from navstack.localization.kld import label_clusters, origin_near, resample
 from navstack.params.amcl import AmclParams
 from navstack.types import FloatArray, IntArray, Pose2D
 
@@ -143,7 +143,8 @@ def cluster_particles(
     labels: IntArray = np.zeros(len(poses), dtype=np.int64)
     if not as_one:
         labels = label_clusters(poses)
-    x, y, yaw = poses.T
+    origin_x, origin_y = origin_near(poses)
+    x, y, yaw = (poses - (origin_x, origin_y, 0.0)).T
     terms = (np.ones(len(poses)), x, y, np.cos(yaw), np.sin(yaw), x * x, x * y, y * y)
     sums = np.array([np.bincount(labels, weights * term) for term in terms])
     found = []
@@ -154,7 +155,8 @@ def cluster_particles(
         covariance[0, 1] = covariance[1, 0] = xy / weight - mx * my
         covariance[1, 1] = max(yy / weight - my * my, 0.0)
         covariance[2, 2] = -2.0 * math.log(min(max(math.hypot(cos, sin), _TINY), 1.0))
-        found.append(Cluster(weight, Pose2D(mx, my, math.atan2(sin, cos)), covariance))
+        pose = Pose2D(origin_x + mx, origin_y + my, math.atan2(sin, cos))
+        found.append(Cluster(weight, pose, covariance))
     return found
 
 

@@ -86,7 +86,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
 
     # Of people's predicted places, fitted to where tracked people were later
     # (docs/expected_cost.md)
-    position_std: NotNegative = 0.05  # [m] of who walks on straight, beside the track's covariance
+    position_std: Positive = 0.05  # [m] of who walks on straight, beside the track's covariance
     drift_std: NotNegative = 0.06  # [m/s] by which that grows
     deviating_weight: Annotated[float, within(0.0, 1.0)] = 0.35  # [-] of who deviates; 0: nobody
     deviating_std: NotNegative = 0.4  # [m/s] by which their place gets less sure than that
@@ -102,4 +102,4 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     yielding_share: Annotated[float, within(0.0, 1.0)] = 0.97
     yielding_time: Positive = 1.0  # [s] until who makes way is out of the way
     unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast
-    wall_std: NotNegative = 0.03  # [m] of the distance to what does not move
+    wall_std: Positive = 0.03  # [m] of the distance to what does not move

@@ -7,10 +7,11 @@ object is an
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
 
 from navstack.errors import NavstackError, ParameterError
 from navstack.params.registry.block import ParameterBlock
@@ -18,8 +19,10 @@ from navstack.params.registry.entry import AlgorithmEntry, Params
 from navstack.params.registry.localizers import INPUTS, LOCALIZERS, OWN_NODE, LocalizerEntry
 from navstack.params.registry.nodes import FAMILIES
 from navstack.params.registry.releases import Declared
+from navstack.type_hints import hints_of
 
 GROUP = "navstack.plugins"
+KINDS = (float, int, bool, str, type(None), ...)  # of fields that a Nav2 file can set
 NEEDS = {  # family to which a package can add -> what its factories take behind the parameters
     "controllers": ("footprint", "control_frequency", "xy_goal_tolerance"),
     "dwb_critics": ("dwb",),
@@ -65,10 +68,26 @@ class Extension:
             raise ParameterError(
                 f"'{self.type}': params is {self.params!r}; give a dataclass of its parameters"
             )
+        for field in dataclasses.fields(self.params):
+            self._check_field(field)
         if not set(self.inputs) <= set(INPUTS):
             raise ParameterError(
                 f"'{self.type}': inputs {self.inputs}; give some of: {', '.join(INPUTS)}"
             )
+
+    def _check_field(self, field: "dataclasses.Field[Any]") -> None:
+        """Check that a file can set a parameter, and leave it out."""
+        where = f"'{self.type}': {self.params.__name__}.{field.name}"
+        if field.default is MISSING and field.default_factory is MISSING:
+            raise ParameterError(f"{where} has no default; give it one")
+        kind = hints_of(self.params)[field.name]
+        options = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+        for option in options:
+            parts = get_args(option) if get_origin(option) is tuple else (option,)
+            if not all(part in KINDS or dataclasses.is_dataclass(part) for part in parts):
+                raise ParameterError(
+                    f"{where} is {kind}; give float, int, bool, str, or a tuple of them"
+                )
 
 
 @cache

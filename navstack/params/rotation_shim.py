@@ -6,7 +6,7 @@ Names and defaults are those of Nav2 Jazzy, read at ``FollowPath.*``.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import Parameters, Quantity, at_most
+from navstack.ranges import NotNegative, Parameters, Quantity, at_most
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class RotationShimParams(Parameters):
     # [m] along the straight line to the path point that gives the heading
     forward_sampling_distance: Quantity = 0.5
     rotate_to_heading_angular_vel: Quantity = 1.8  # [rad/s]
-    max_angular_accel: Quantity = 3.2  # [rad/s2]
+    max_angular_accel: NotNegative = 3.2  # [rad/s2]
     # [s] of the turn that must be free of collisions; one look a control period
     simulate_ahead_time: Annotated[float, at_most(100.0)] = 1.0
     # turn to the goal's yaw within the goal checker's xy tolerance

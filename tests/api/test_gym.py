@@ -11,6 +11,7 @@ import pytest
 
 from harness.economics.prices import load_prices
 from harness.economics.valuation import margins
+from harness.storage.shipped import ROUTE_GRAPH
 from navstack.errors import InputError
 from tests.rules import short_rules
 
@@ -104,6 +105,12 @@ def test_a_camera_shows_the_same_scene_again(hall: Path) -> None:
 def test_a_stack_without_a_nav2_file_senses_nothing() -> None:
     with pytest.raises(InputError, match="'parked' does not drive"):
         DeliveryEnv("parked")
+
+
+def test_a_district_is_no_environment(tmp_path: Path) -> None:
+    (tmp_path / f"town{ROUTE_GRAPH}").write_text("")
+    with pytest.raises(InputError, match="is a district, whose missions have legs"):
+        DeliveryEnv("nav2-gps", map=str(tmp_path))
 
 
 @pytest.mark.slow

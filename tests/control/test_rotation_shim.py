@@ -193,3 +193,10 @@ def test_a_plan_of_one_pose_reset_and_resume_reach_the_primary():
     shim.resume()
     assert primary.resets == before + 1
     assert primary.resumed == 1
+
+
+def test_it_acts_at_rest_where_its_primary_does():
+    primary = Primary()
+    primary.acts_at_rest = True
+    shim = RotationShimController(PARAMS, primary, DELIVERY_ROBOT, 30.0, 0.25)
+    assert shim.acts_at_rest and not make().acts_at_rest

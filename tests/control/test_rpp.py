@@ -13,6 +13,7 @@ from navstack.control.path_window import PathWindow, in_base_frame, window_bound
 from navstack.control.rpp.arc_check import ArcCheck
 from navstack.control.rpp.lookahead import (
     arc_curvature,
+    beyond,
     distance_to_cusp,
     lookahead_point,
     lookahead_point_on_circle,
@@ -274,6 +275,17 @@ def test_the_fixed_point_steers_and_may_lie_beyond_the_goal():
     assert curvatures[2] == approx(-0.2 / 1.01)
     with pytest.raises(InvalidPathError, match="needs 2"):
         drive(beyond, Path(plan.poses[:1]), 0.0, 0.1)
+
+
+def test_cells_wider_than_the_robot_are_looked_at_one_after_the_other():
+    check = ArcCheck(PARAMS, box(0.1, -0.1, 0.1), 0.1)
+    costmap = ground_with()
+    coarse = Costmap(costmap.data[:8, :8].copy(), 1.0, -4.0, -4.0)
+    assert not check.collides(Twist2D(angular_z=1.0), Pose2D(), 1.0, coarse)
+
+
+def test_beyond_a_single_pose_lies_what_it_looks_at():
+    assert beyond(np.array([(1.0, 2.0, 0.5 * math.pi)]), 3.0) == approx((1.0, 5.0))
 
 
 def test_it_turns_to_a_path_far_off_the_heading_within_the_acceleration():

@@ -31,6 +31,7 @@ from navstack.localization.kld import (
 )
 from navstack.localization.likelihood_field import LikelihoodField
 from navstack.localization.motion_model import SHORTEST_BEARING, move_differential, move_omni
+from navstack.localization.particle_filter import cluster_particles
 from navstack.types import Pose2D
 
 ALPHAS = (0.03, 0.05, 0.07, 0.11, 0.13)
@@ -294,6 +295,22 @@ def test_clusters_are_bins_that_touch():
     expected = [numbers.setdefault(root(key), len(numbers)) for key in bins]
     assert len(numbers) > 2
     assert label_clusters(poses).tolist() == expected
+
+
+@pytest.mark.parametrize("origin", [(500_000.0, 5_400_000.0, 0.0), (-600_000.0, -900_000.0, 0.0)])
+def test_far_from_the_origin_particles_are_alike(origin):
+    """A map may lie in UTM's coordinates."""
+    rng = np.random.default_rng(7)
+    near = rng.normal(size=(300, 3)) * (2.0, 2.0, 0.1)
+    near[0] = 0.25, 0.25, 0.0
+    far = near + origin
+    assert count_bins(far) == count_bins(near)
+    assert label_clusters(far).tolist() == label_clusters(near).tolist()
+    weights = np.full(300, 1.0 / 300)
+    (one,) = cluster_particles(near, weights, as_one=True)
+    (other,) = cluster_particles(far, weights, as_one=True)
+    assert other.covariance == pytest.approx(one.covariance, abs=1e-5)
+    assert other.pose.x - origin[0] == pytest.approx(one.pose.x, abs=1e-6)
 
 
 def test_sample_limits_grow_with_the_bins_between_their_bounds():

@@ -39,7 +39,7 @@ def test_an_answer_is_passed_on(check, answer):
         (checked_belief, (None, Pose2D(), Belief(Pose2D(math.nan)))),
         (
             checked_belief,
-            (Belief(Pose2D(), np.zeros((2, 2))), Belief(Pose2D(), np.eye(3) * np.nan)),
+            (Belief(Pose2D(), np.zeros((2, 2))), Belief(Pose2D(), np.diag([np.inf, 1.0, 1.0]))),
         ),
         (checked_plan, (None, [], Path(np.zeros((4, 2))), Path(np.full((4, 3), np.nan)))),
     ],

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from navstack.params.extensions import (
     uses_map,
 )
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2, load_nav2
+from navstack.params.nav2_file.ros_yaml import ParameterEntry
+from navstack.params.nav2_file.values import read_values
 from navstack.params.nav2_file.views import read_controller
 
 MODULE = """
@@ -200,3 +203,38 @@ def test_a_plug_in_has_a_name_of_its_own(name: str) -> None:
 def test_parameters_are_a_dataclass() -> None:
     with pytest.raises(ParameterError, match="give a dataclass of its parameters"):
         Extension("dwb_critics", "mine::Calm", dict, DwbParams)
+
+
+@dataclass(frozen=True)
+class Listed:
+    gains: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    gain: float
+
+
+@dataclass(frozen=True)
+class Moody:
+    gain: float = 1.0
+    names: tuple[str, ...] = ()
+    limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.gain > 2.0:
+            raise ValueError("gain is too high")
+
+
+def test_parameters_can_be_set_and_left_out() -> None:
+    with pytest.raises(ParameterError, match=r"Listed.gains is list.*; give float, int, bool, str"):
+        Extension("controllers", "mine::Slow", Listed, DwbParams)
+    with pytest.raises(ParameterError, match=r"Wanted.gain has no default; give it one"):
+        Extension("controllers", "mine::Slow", Wanted, DwbParams)
+    assert Extension("controllers", "mine::Slow", Moody, DwbParams).params is Moody
+
+
+def test_what_a_package_refuses_is_one_line() -> None:
+    entries = {"Own.gain": ParameterEntry(3.0, 7, 0, 3)}
+    with pytest.raises(ParameterError, match="Moody: ValueError: gain is too high"):
+        read_values(Moody, entries, "Own.", {})

@@ -25,6 +25,14 @@ def test_the_route_ahead_in_the_robots_frame() -> None:
     )
 
 
+@pytest.mark.parametrize("at", [0.0, 10.0, 20.0, 24.9, 37.3])
+def test_a_sparse_route_leads_ahead_wherever_the_robot_is(at: float) -> None:
+    """As the straight line to the goal."""
+    route = Route(Path(np.array([(0.0, 0.0, 0.0), (50.0, 0.0, 0.0)])))
+    ahead = route.ahead(Pose2D(at, 0.0, 0.0))
+    assert ahead[:, 0] == pytest.approx(np.arange(1.0, 11.0), abs=0.5)
+
+
 def test_beyond_its_end_the_route_stays_there() -> None:
     ahead = Route(straight(4.0)).ahead(Pose2D(1.5, 0.0, 0.0))
     assert ahead[:, 0] == pytest.approx([1.0, 2.0] + [2.5] * (ROUTE_POINTS - 2))

@@ -79,7 +79,9 @@ class Scoring:
             scales[i] = critic.scale(scene)
             if scales[i] != 0.0:
                 raw[i] = _costs(critic, rollouts, scene)
-        return Scores(tuple(self._critics), scales, raw, add_weighted(raw, scales), rollouts)
+        totals = add_weighted(raw, scales)
+        totals[np.isinf(raw).any(axis=0)] = np.inf  # also where the weight is negative
+        return Scores(tuple(self._critics), scales, raw, totals, rollouts)
 
     def best(self, scene: DwbScene) -> ChosenTrajectory | None:
         """The choice that :meth:`score_all` leads to, many times faster.

@@ -49,7 +49,8 @@ class ArcCheck:
         Inf at standstill.
         """
         if abs(command.linear_x) < SLOWEST_DRIVE and abs(command.angular_z) > SLOWEST_TURN:
-            return 2.0 * math.sin(resolution / 2.0 / self._radius) / abs(command.angular_z)
+            half = min(resolution / 2.0 / self._radius, 0.5 * math.pi)
+            return 2.0 * math.sin(half) / abs(command.angular_z)
         if command.linear_x == 0.0:
             return math.inf
         return resolution / abs(command.linear_x)

@@ -60,7 +60,9 @@ def beyond(path: FloatArray, rest: float) -> tuple[float, float]:
     """The point ``rest`` [m] beyond the path's end, in its last direction."""
     x = path[-1, 0]
     y = path[-1, 1]
-    direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
+    direction = path[-1, 2]
+    if len(path) > 1:
+        direction = math.atan2(y - path[-2, 1], x - path[-2, 0])
     return x + rest * math.cos(direction), y + rest * math.sin(direction)
 
 

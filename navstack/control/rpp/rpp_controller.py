@@ -115,6 +115,10 @@ class RegulatedPurePursuitController(Controller):
         self._commanded = command
         return command
 
+    def resume(self) -> None:
+        """See the base class: it stood, so that the last command is of no use."""
+        self._commanded = Twist2D()
+
     def _reachable(
         self,
         wanted: Twist2D,

@@ -77,6 +77,9 @@ def _made(cls: type[T], values: Mapping[str, Any], prefix: str) -> T:
         made = cls(**{fields[name]: value for name, value in values.items()})
     except InputError as error:
         raise _OutOfRangeError(cls, prefix, str(error)) from None
+    except Exception as error:  # of another package's dataclass
+        reason = f"{cls.__name__}: {type(error).__name__}: {error}"
+        raise _OutOfRangeError(cls, prefix, reason) from None
     for name, value in values.items():  # what the dataclass itself takes at any size
         numbers = value if isinstance(value, tuple) else (value,)
         if not name.endswith(ENDLESS) and any(map(_is_too_large, numbers)):

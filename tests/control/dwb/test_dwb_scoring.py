@@ -196,6 +196,16 @@ def test_a_cost_that_is_none_is_refused_by_both_searches(cost):
             search(scene)
 
 
+@pytest.mark.parametrize("scale", [1.0, -1.0])
+def test_what_a_critic_forbids_is_forbidden_whatever_its_weight(scale):
+    scene = random_scene(default_rng(2))
+    scene.costmap.data[:] = 0
+    critics = {"Odd": FixedCosts(scale, {5: math.inf}, otherwise=3.0)}
+    scores = Scoring(RolloutGenerator(PARAMS, 20.0), critics).score_all(scene)
+    assert np.isinf(scores.totals).sum() == 1 and scores.totals[5] == np.inf
+    assert scores.best().total == 3.0 * scale
+
+
 def test_forbidden_signs_are_kept():
     params = replace(
         PARAMS,
