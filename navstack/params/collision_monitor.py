@@ -63,10 +63,12 @@ class VelocityPolygonParams(Parameters):
     def covers(self, x: float, y: float, yaw_rate: float, is_holonomic: bool) -> bool:
         """Whether a velocity in [m/s, m/s, rad/s] lies in the ranges.
 
-        Jazzy compares x; Nav2 main compares the speed.
+        As Jazzy, which compares the speed of a holonomic robot; Kilted compares x.
         """
+        speed = math.hypot(x, y) if is_holonomic else x
         covers = (
-            self.linear_min <= x <= self.linear_max and self.theta_min <= yaw_rate <= self.theta_max
+            self.linear_min <= speed <= self.linear_max
+            and self.theta_min <= yaw_rate <= self.theta_max
         )
         if not is_holonomic or not covers:
             return covers
@@ -104,8 +106,8 @@ class PolygonParams(Parameters):
     slowdown_ratio: NotNegative = 0.5  # [-] of the velocity that slowdown leaves
     linear_limit: NotNegative = 0.5  # [m/s] that limit leaves
     angular_limit: NotNegative = 0.5  # [rad/s]
-    # limit slows all axes alike, as Nav2 main does; False: each for itself
-    limit_keeps_curvature: bool = False
+    # limit slows all axes alike; False: each for itself, as in Iron
+    limit_keeps_curvature: bool = True
     time_before_collision: Positive = 2.0  # [s] that approach looks ahead and keeps
     simulation_time_step: Positive = 0.1  # [s] between the places it looks at
 

@@ -11,7 +11,7 @@ from navstack.costmap.costmap import (
     NO_INFORMATION,
     Costmap,
 )
-from navstack.errors import StartOccupiedError
+from navstack.errors import PlanningError
 from navstack.jit import njit
 from navstack.params.planners import ThetaStarParams
 from navstack.planning.endpoints import (
@@ -66,10 +66,11 @@ class ThetaStarPlanner(Planner):
         require_on_map(start, goal, costmap)
         if (start.x, start.y) == (goal.x, goal.y):
             return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
-        if not self._is_open[costmap.cost_at(start.x, start.y)]:
-            raise StartOccupiedError(occupied("start", start, costmap))
-        if not self._is_open[costmap.cost_at(goal.x, goal.y)]:
+        if costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
             raise goal_occupied(goal, costmap)
+        for name, pose in (("start", start), ("goal", goal)):
+            if not self._is_open[costmap.cost_at(pose.x, pose.y)]:
+                raise PlanningError(occupied(name, pose, costmap))
         ends = (costmap.world_to_map(start.x, start.y), costmap.world_to_map(goal.x, goal.y))
         weights = (params.w_euc_cost, min(params.w_heuristic_cost, params.w_euc_cost, 1.0))
         parents = search_lines(

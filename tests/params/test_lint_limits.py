@@ -196,10 +196,14 @@ def test_obstacles_are_seen_from_where_the_robot_can_still_brake(
 )
 def test_a_costmap_is_late_from_the_timeout_on(timeout, advice):
     subject = SimpleNamespace(
-        number=lambda node, name, usual: timeout, default_note=lambda node, name: ""
+        number=lambda node, name, usual: timeout,
+        default_note=lambda node, name: "",
+        waits_for_costmaps=False,
     )
     local = SimpleNamespace(params=SimpleNamespace(update_frequency=4.0))
     assert [each.advice for each in late_costmap.check(subject, local, None)] == advice
+    subject.waits_for_costmaps = True
+    assert [*late_costmap.check(subject, local, None)] == [], "no timeout before Jazzy"
 
 
 def test_layers_are_put_in_order_with_the_last_inflation_behind_all_others():

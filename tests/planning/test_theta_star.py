@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import GoalOccupiedError, ParameterError, StartOccupiedError
+from navstack.errors import GoalOccupiedError, ParameterError, PlanningError
 from navstack.params.planners import ThetaStarParams
 from navstack.planning.theta_star import ThetaStarPlanner, line_of_sight
 from navstack.types import Pose2D
@@ -105,10 +105,13 @@ def test_ends_in_obstacles_are_refused():
     costmap.data[30, 10] = 254
     costmap.data[30, 80] = 255
     planner = ThetaStarPlanner(ThetaStarParams(allow_unknown=False))
-    with pytest.raises(StartOccupiedError):
-        planner.plan(Pose2D(1.05, 3.05), Pose2D(5.0, 3.0), costmap)
+    inside, outside = Pose2D(1.05, 3.05), Pose2D(5.0, 3.0)
     with pytest.raises(GoalOccupiedError):
-        planner.plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)
+        planner.plan(outside, inside, costmap)
+    for ends in ((inside, outside), (outside, Pose2D(8.05, 3.05))):
+        with pytest.raises(PlanningError, match="lies in an occupied cell") as refused:
+            planner.plan(*ends, costmap)
+        assert refused.value.code == "UNKNOWN", "which recoveries answer, as in Nav2"
     assert (
         ThetaStarPlanner(ThetaStarParams())
         .plan(Pose2D(5.0, 3.0), Pose2D(8.05, 3.05), costmap)

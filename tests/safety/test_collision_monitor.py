@@ -71,10 +71,10 @@ def process(
     [
         (zone("stop"), STANDSTILL),
         (zone("slowdown", slowdown_ratio=0.3), Twist2D(0.3, 0.0, 0.12)),
-        (zone("limit", linear_limit=0.5, angular_limit=0.3), Twist2D(0.5, 0.0, 0.3)),
+        (zone("limit", linear_limit=0.5, angular_limit=0.3), Twist2D(0.5, 0.0, 0.2)),
         (
-            zone("limit", linear_limit=0.5, angular_limit=0.3, limit_keeps_curvature=True),
-            Twist2D(0.5, 0.0, 0.2),
+            zone("limit", linear_limit=0.5, angular_limit=0.3, limit_keeps_curvature=False),
+            Twist2D(0.5, 0.0, 0.3),
         ),
         (zone("approach", time_before_collision=2.0, simulation_time_step=0.1), STANDSTILL),
     ],
@@ -210,6 +210,14 @@ def test_holonomic_robots_are_asked_for_their_direction(
     params = VelocityPolygonParams(BOX, 0.0, 1.0, -1.0, 1.0, start, end)
     assert params.covers(0.5, y, 0.0, is_holonomic=True) is covered
     assert params.covers(0.5, y, 0.0, is_holonomic=False)
+
+
+def test_a_zone_for_driving_backwards_holds_for_holonomic_robots() -> None:
+    """Whose ranges are of the speed, not of its part along x."""
+    params = VelocityPolygonParams(BOX, 0.0, 1.0, -1.0, 1.0, 2.5, -2.5)
+    assert params.covers(-0.3, 0.0, 0.0, is_holonomic=True)
+    assert not params.covers(-1.2, 0.0, 0.0, is_holonomic=True)
+    assert not params.covers(-0.3, 0.0, 0.0, is_holonomic=False)
 
 
 def test_a_stale_or_absent_scan_stops_the_robot_whatever_the_zones_say() -> None:

@@ -168,7 +168,7 @@ def late_costmap(
     if frequency == 0.0:
         found = "0 Hz: it is never updated, and the robot does not move"
         yield Finding("update_frequency", found, "update_frequency: 5.0")
-    elif 1.0 / frequency >= timeout:
+    elif 1.0 / frequency >= timeout and not subject.waits_for_costmaps:
         note = subject.default_note(CONTROLLER, "costmap_update_timeout")
         advice = f"costmap_update_timeout: {above(2.0 / frequency)} in the controller server"
         if timeout > 0.0:

@@ -19,6 +19,7 @@ from navstack.params.nav2_file import views
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
+from navstack.params.registry.releases import RELEASES
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
 from navstack.params.safety import VelocitySmootherParams
@@ -142,6 +143,11 @@ class Subject:
         return any(
             notice.path == f"{CONTROLLER}: goal_checker_plugin" for notice in self.nav2.notices
         )
+
+    @property
+    def waits_for_costmaps(self) -> bool:
+        """Whether the file is of a release that waits for a costmap as long as it takes."""
+        return RELEASES.index(self.nav2.release) < RELEASES.index("jazzy")
 
     def line(self, node: str, name: str) -> int:
         """The line of a parameter, or of the first one beside it where the file leaves it out.

@@ -129,8 +129,8 @@ def _mistakes(entries: Mapping[str, ParameterEntry], visit: Visit) -> list[tuple
 def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iterator[Notice]:
     """What to say of a value that can be read."""
     for rule in getattr(kind, "__metadata__", ()):
-        is_replaced = isinstance(rule, Replaced) and entry.value not in rule.known
-        if is_replaced and type(entry.value) is int:
+        is_number = type(entry.value) is int  # any other would be sought in all of a range
+        if is_number and isinstance(rule, Replaced) and entry.value not in rule.known:
             message = (
                 f"{_shown(entry.value)} is none of {_told(rule.known)}; "
                 f"Nav2 warns and takes {rule.usual}"
