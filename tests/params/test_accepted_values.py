@@ -175,6 +175,14 @@ def test_a_number_that_nav2_replaces_is_told_of_every_plugin(inspect, value, is_
     assert read_planner(nav2).params.how_many_corners == (8 if is_told else value)
 
 
+@pytest.mark.parametrize("value", ["-1.0", "many"])
+def test_what_is_no_whole_number_is_refused_at_once(inspect, value):
+    """Not sought among all two thousand million that are known."""
+    smac = "planner_server: {ros__parameters: {planner_plugins: [GridBased], GridBased: {plugin: "
+    nav2 = inspect(f"{smac}nav2_smac_planner::SmacPlanner2D, max_iterations: {value}}}}}}}\n")
+    assert any("is not a whole number" in each.message for each in nav2.notices)
+
+
 @pytest.mark.parametrize("value", [".inf", "-.inf", "1e10"])
 def test_endless_numbers_in_a_list_are_judged_as_others_are(inspect, value):
     alone = DWB.replace("contact_usd: [1.0, 2.0, 3.0, 4.0, 5.0, .inf]", f"speed_std: {value}")
