@@ -10,6 +10,7 @@ from harness.storage.files import write_text
 from harness.storage.manifest_file import read_manifest
 from harness.storage.new_run import MANIFEST
 from harness.study.places import Where
+from harness.study.stored_run import load_run
 from harness.task.study import Study, make_study
 from navbench.api.driving import begin
 from navbench.api.run import drive_rest
@@ -31,7 +32,7 @@ class Drive:
 
     def find(self, cell: Cell) -> str | None:
         """The run of a cell, as commands take it; None: it lacks deliveries."""
-        if (self._folder(cell) / "summary.json").exists():
+        if is_driven(self._folder(cell)):
             return str(self._folder(cell))
         if self.kept is not None and cell.stack in _stacks(self.kept / cell.place):
             return f"{self.kept / cell.place}:{cell.stack}"
@@ -58,10 +59,10 @@ class Drive:
         assert self.kept is not None
         kept = self.kept / place
         runs = [kept] if _stacks(kept) else []
-        for folder in sorted((self.work / place).glob("*/summary.json")):
-            if folder.parent.name not in _stacks(kept):
-                self._forget_folders(folder.parent)
-                runs.append(folder.parent)
+        for folder in sorted((self.work / place).glob("*")):
+            if folder.name not in _stacks(kept) and is_driven(folder):
+                self._forget_folders(folder)
+                runs.append(folder)
         if runs[-1:] in ([], [kept]):
             return
         packed = self.work / f"{place}.packed"
@@ -99,6 +100,11 @@ class Drive:
             map_name=place,
             workers=self.workers,
         )
+
+
+def is_driven(folder: Path) -> bool:
+    """Whether a run folder has all its deliveries; an interrupted one has some."""
+    return (folder / "summary.json").exists() and load_run(str(folder)).is_whole
 
 
 def _stacks(run: Path) -> list[str]:
