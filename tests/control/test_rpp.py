@@ -279,8 +279,7 @@ def test_the_fixed_point_steers_and_may_lie_beyond_the_goal():
 
 def test_cells_wider_than_the_robot_are_looked_at_one_after_the_other():
     check = ArcCheck(PARAMS, box(0.1, -0.1, 0.1), 0.1)
-    costmap = ground_with()
-    coarse = Costmap(costmap.data[:8, :8].copy(), 1.0, -4.0, -4.0)
+    coarse = Costmap(np.zeros((8, 8), dtype=np.uint8), 1.0, -4.0, -4.0)
     assert not check.collides(Twist2D(angular_z=1.0), Pose2D(), 1.0, coarse)
 
 

@@ -235,6 +235,6 @@ def test_parameters_can_be_set_and_left_out() -> None:
 
 
 def test_what_a_package_refuses_is_one_line() -> None:
-    entries = {"Own.gain": ParameterEntry(3.0, 7, 0, 3)}
+    entries = {"Own.gain": ParameterEntry(3.0, 7, 6, 9, 4)}
     with pytest.raises(ParameterError, match="Moody: ValueError: gain is too high"):
         read_values(Moody, entries, "Own.", {})

@@ -157,8 +157,11 @@ def test_circles_and_disabled_zones() -> None:
 
 
 def test_a_limit_is_half_a_metre_and_half_a_radian_per_second_if_none_is_given() -> None:
-    driven = process(monitor(zone=zone("limit")), (0.9, 0.0), command=Twist2D(1.0, 0.0, -0.9))
-    assert driven == Twist2D(0.5, 0.0, -0.5)
+    for command, limited in (
+        (Twist2D(1.0, 0.0, -0.9), Twist2D(0.5, 0.0, -0.45)),
+        (Twist2D(0.6, 0.0, -1.0), Twist2D(0.3, 0.0, -0.5)),
+    ):
+        assert process(monitor(zone=zone("limit")), (0.9, 0.0), command=command) == limited
 
 
 def test_a_velocity_polygon_without_polygons_is_refused() -> None:
