@@ -40,8 +40,8 @@ def sample_limit(bins: int, fewest: int, most: int, error: float, quantile: floa
     return min(max(math.ceil((bins - 1) / (2.0 * error) * x * x * x), fewest), most)
 
 
-@njit()
-def origin_near(poses: FloatArray) -> tuple[float, float]:
+@njit(ahead=True)
+def origin_near(poses: FloatMatrix) -> tuple[float, float]:
     """Where x and y [m] of poses (N, 3) are counted from: 0, or whole bins where they are far.
 
     A map in UTM's coordinates has northings of millions of metres.
