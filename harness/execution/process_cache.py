@@ -3,6 +3,7 @@
 import functools
 import gc
 import glob
+import os
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -51,7 +52,7 @@ class Kept(Generic[Given, Made]):
         if is_full and self._is_heavy:
             gc.collect()
         for each in (*given, *named.values()):
-            if isinstance(each, str) and Path(each).is_file():
+            if isinstance(each, str) and os.path.isfile(each):
                 _remember(Path(each))
         made = known[key] = self._make(*given, **named)
         return made
