@@ -6,9 +6,9 @@ The runs have the same map, seed, world, rules and prices, and each its own stac
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
 it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, of the
 summary, which follows from the rows, all but the economics, and of absolute paths all but names: a
-map is where it is given that name. What files of world and rules do not name, as earlier versions
-knew it not, has today's defaults. --machine is noted where a run does not say itself on which
-machine it was driven.
+map is where it is given that name. Keys that files of world and rules lack, as
+earlier versions did not know them, have today's defaults. --machine is noted where a run does not
+say itself on which machine it was driven.
 """
 
 import argparse

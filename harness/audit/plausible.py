@@ -49,11 +49,15 @@ def _pace(row: Mapping[str, Any], limits: Limits) -> Iterator[str]:
         row[key] for key in ("distance_m", "duration_s", "average_speed_mps")
     )
     fastest = FASTER * limits.max_speed
-    was_touched = any(value for key, value in row.items() if key.endswith("_contacts"))
-    if distance > fastest * (duration + SLACK) and not was_touched:  # people push, and throw it
+    if distance > fastest * (duration + SLACK) and not _was_touched(row):
         yield f"{distance:.2f} m in {duration:.2f} s; its robot drives at most {fastest:.2f} m/s"
     if abs(speed * duration - distance) > SLACK + 1e-3 * distance:
         yield f"average_speed_mps {speed:.3g} is not {distance:.2f} m in {duration:.2f} s"
+
+
+def _was_touched(row: Mapping[str, Any]) -> bool:
+    """Whether anything may have pushed it, or thrown it."""
+    return any(value for key, value in row.items() if key.endswith("_contacts"))
 
 
 def _end(row: Mapping[str, Any], limits: Limits) -> Iterator[str]:

@@ -148,8 +148,9 @@ def resume_suite(folder: Path, portion: Portion = ALL, where: Where | None = Non
 
 
 def _drive(path: Path, declared: Suite, portion: Portion, where: Where) -> SuiteRun:
-    chosen = [cell for cell in portion.cells(declared) if not is_packed(path, cell)]
-    if stored := len(portion.cells(declared)) - len(chosen):
+    asked = portion.cells(declared)
+    chosen = [cell for cell in asked if not is_packed(path, cell)]
+    if stored := len(asked) - len(chosen):
         say(f"note: stored with other stacks, and left as they are: {counted(stored, 'cell')}")
     if not chosen:
         return SuiteRun(path, write_overview(path), False, False)
@@ -229,7 +230,7 @@ def _finished(path: Path, studies: Mapping[Cell, Study]) -> dict[Cell, int]:
 
 def _is_complete(path: Path, declared: Suite) -> bool:
     every = cells(declared)
-    done = sum(count_finished(path / cell.name) for cell in every if not is_packed(path, cell))
+    done = sum(count_finished(path / cell.name) for cell in every)
     return done == declared.episodes * len(every)
 
 

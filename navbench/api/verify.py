@@ -27,11 +27,10 @@ def verify(folder: Path, sample: int = 3, seed: int = 0) -> list[Verification]:
         runs = [folder]
     if not runs:
         raise InputError(f"'{folder}' holds no run; give the folder that a run or a suite wrote")
-    driven = [run for run in runs if (run / TABLE).is_file()]
-    for run in runs:
-        if driven and run not in driven:
+    if driven := [run for run in runs if (run / TABLE).is_file()]:
+        for run in sorted({*runs} - {*driven}):
             say(f"note: '{run}' has no deliveries yet, and is left out")
-    runs = driven or runs
+        runs = driven
     with count_shown("deliveries driven again", sample * len(runs)) as tell:
         return [verify_run(run, sample, seed, tell) for run in runs]
 

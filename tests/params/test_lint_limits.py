@@ -202,6 +202,9 @@ def test_a_costmap_is_late_from_the_timeout_on(timeout, advice):
     )
     local = SimpleNamespace(params=SimpleNamespace(update_frequency=4.0))
     assert [each.advice for each in late_costmap.check(subject, local, None)] == advice
+    for release, waits in (("humble", True), ("iron", True), ("jazzy", False), ("main", False)):
+        nav2 = SimpleNamespace(release=release)
+        assert Subject.waits_for_costmaps.fget(SimpleNamespace(nav2=nav2)) is waits
     subject.waits_for_costmaps = True
     assert [*late_costmap.check(subject, local, None)] == [], "no timeout before Jazzy"
 

@@ -23,6 +23,7 @@ from harness.storage.new_run import ABLATION, TUNING
 from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.storage.tables import read_rows
+from harness.study.places import Where
 from harness.study.stored_run import load_run
 from harness.task.study import EpisodeTask, RandomStreams, make_study
 from harness.tuning.budget import Budget
@@ -43,7 +44,6 @@ from harness.tuning.output import (
     TUNED,
     Request,
     _difference,
-    forget_request,
     requested,
 )
 from harness.tuning.result import Trial
@@ -52,6 +52,7 @@ from harness.tuning.search import Plan, Search
 from harness.tuning.space.file import OF_TRIAL
 from harness.tuning.stack_evaluator import StackEvaluator, margin_of
 from harness.tuning.study import TuningStudy, has_begun, load_tuning, run_search
+from navbench.api.tuning.tune import resume_tuning
 from navbench.cli.app import main
 from navstack.errors import InputError, ParameterError
 from tests.rules import short_rules
@@ -300,8 +301,11 @@ def test_what_resume_was_asked_for_holds_until_it_is_done(
             main(["tune", "--resume", str(folder), "--workers", "1", *more])
     assert asked == [(3600.0, 2), (10_800.0, 2), (10_800.0, 2), (10_800.0, 9), (10_800.0, 9)]
     assert f"next: navbench tune --resume {folder}\n" in capsys.readouterr().err
-    forget_request(folder)
-    assert requested(folder) == Request()
+    monkeypatch.setattr("navbench.api.tuning.driving._search_and_test", lambda *_: None)
+    monkeypatch.setattr("navbench.api.tuning.driving.written", lambda *_: None)
+    assert requested(folder) == Request(10_800.0, 9)
+    resume_tuning(folder, where=Where(workers=1))
+    assert requested(folder) == Request(), "it is done"
 
 
 @pytest.mark.slow
