@@ -1,6 +1,7 @@
 """What of a stack goes by wall time while the simulation may be slower."""
 
 from navstack.params.nav2_file.file import Nav2File
+from navstack.params.nav2_file.release import VELOCITY_SMOOTHER
 from navstack.params.safety import VelocitySmootherParams
 
 
@@ -14,13 +15,13 @@ def on_wall_time(nav2: Nav2File, real_time_factor: float) -> Nav2File:
         nav2: the file.
         real_time_factor: [-] simulated seconds per second of wall time.
     """
-    if real_time_factor == 1.0:
+    if real_time_factor == 1.0 or not nav2.runs(VELOCITY_SMOOTHER):
         return nav2
-    smoother = nav2.read(VelocitySmootherParams, "velocity_smoother")
+    smoother = nav2.read(VelocitySmootherParams, VELOCITY_SMOOTHER)
     limits = {"max_accel": smoother.max_accel, "max_decel": smoother.max_decel}
     return nav2.with_values(
         {
-            f"velocity_smoother.{name}": [each / real_time_factor for each in values]
+            f"{VELOCITY_SMOOTHER}.{name}": [each / real_time_factor for each in values]
             for name, values in limits.items()
         },
         allow_unknown=True,

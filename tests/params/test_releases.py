@@ -12,14 +12,19 @@ from typing import Any
 
 import pytest
 
+from harness.episode.wall_time import on_wall_time
 from navstack.lint import lint
+from navstack.params.lint.subject import Subject
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.findings import IGNORED_BY_NAV2, Known
 from navstack.params.nav2_file.release import looks_like, release_notices, release_of
+from navstack.params.nav2_file.views import read_velocity_smoother
 from navstack.params.registry import bindings, nodes, releases
 from navstack.params.registry.bindings import NAMED_SECTIONS, nested_params, parameter_of
 from navstack.params.registry.defaults import differing
 from navstack.params.registry.releases import RELEASES, Declared, span
+from navstack.safety.velocity_smoother import VelocitySmoother
+from navstack.types import Twist2D
 
 DATA = Path(os.environ.get("NAVSTACK_DATA", ""), "nav2_defaults")
 LIVING = ("humble", "jazzy", "kilted", "lyrical", "main")
@@ -238,6 +243,36 @@ def test_a_merged_file_has_the_same_values_whatever_it_reads_like(
         monkeypatch.setattr(humble[0], lambda names, release=release: release)
         again = inspect(merged)
         assert (again.release_defaults, again.dump_merged()) == ((), merged)
+
+
+def test_a_robot_of_galactic_has_no_velocity_smoother(inspect: Any, monkeypatch: Any) -> None:
+    """Its launch files bring none up: what the controller says is driven."""
+    monkeypatch.setattr("navstack.params.nav2_file.file.release_of", lambda names: "galactic")
+    text = PLUGINS.format(**DWB).replace(
+        "FollowPath:", "controller_frequency: 30.0\n    FollowPath:"
+    )
+    nav2 = inspect(text)
+    params = read_velocity_smoother(nav2)
+    assert params.smoothing_frequency == 30.0
+    fast = Twist2D(3.0, 0.0, -2.9)
+    smoother = VelocitySmoother(params)
+    assert smoother.smooth(fast, Twist2D(), 0.0) == fast
+    assert smoother.smooth(None, Twist2D(), 60.0) == fast
+    assert smoother.smooth(Twist2D(), Twist2D(), 60.1) == Twist2D()
+    assert on_wall_time(nav2, 0.5) is nav2
+    assert Subject(nav2).smoother is None
+    own = nav2.with_values({"velocity_smoother.max_velocity": [0.8, 0.0, 1.0]})
+    assert read_velocity_smoother(own).max_accel == (2.5, 0.0, 3.2)
+    bad = inspect(text.replace("30.0", "often"))
+    assert len(bad.errors) == 1 and "'often' is not a number" in bad.errors[0]
+
+
+def test_since_humble_a_robot_has_nav2s_velocity_smoother(inspect: Any) -> None:
+    text = PLUGINS.format(**MPPI).replace("critics:", "vx_max: 1.5\n      critics:")
+    nav2 = inspect(text)
+    assert read_velocity_smoother(nav2).max_velocity[0] == 0.5
+    (notice,) = [each for each in lint(nav2) if each.id == "smoother-caps"]
+    assert "0.5 m/s, Nav2's default as the file leaves it out" in notice.message
 
 
 def test_the_defaults_that_differ_from_jazzys() -> None:

@@ -19,6 +19,7 @@ from navstack.params.nav2_file import views
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
+from navstack.params.nav2_file.release import VELOCITY_SMOOTHER
 from navstack.params.registry.releases import RELEASES
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.params.rpp import RppParams
@@ -26,7 +27,7 @@ from navstack.params.safety import VelocitySmootherParams
 from navstack.params.servers import ControllerServerParams
 from navstack.types import FloatArray
 
-CONTROLLER, SMOOTHER = "controller_server", "velocity_smoother"
+CONTROLLER, SMOOTHER = "controller_server", VELOCITY_SMOOTHER
 MONITOR, BEHAVIORS = "collision_monitor", "behavior_server"
 DWB = "dwb_core::DWBLocalPlanner"
 SHIM = "nav2_rotation_shim_controller::RotationShimController"
@@ -108,7 +109,7 @@ class Subject:
 
     def has(self, node: str) -> bool:
         """Whether the file sets any parameter of a node."""
-        return any(entry.line for entry in self.nav2.parameters.get(node, {}).values())
+        return self.nav2.sets(node)
 
     def value(self, node: str, name: str, default: Any = None) -> Any:
         """One parameter as it stands in the file."""
@@ -246,8 +247,11 @@ class Subject:
 
     @cached_property
     def smoother(self) -> VelocitySmootherParams | None:
-        """The velocity smoother."""
-        return self._read(SMOOTHER, views.read_velocity_smoother)
+        """The velocity smoother; Nav2's own where a file with a controller leaves it out."""
+        if not self.nav2.runs(SMOOTHER):
+            return None
+        node = SMOOTHER if self.has(SMOOTHER) else CONTROLLER
+        return self._read(node, views.read_velocity_smoother)
 
     @cached_property
     def goal_checker(self) -> Named[SimpleGoalCheckerParams] | None:

@@ -38,7 +38,13 @@ from navstack.params.nav2_file.nodes import (
     tree_notices,
 )
 from navstack.params.nav2_file.older_forms import convert_older_forms
-from navstack.params.nav2_file.release import other_defaults, release_of, without_own_names
+from navstack.params.nav2_file.release import (
+    VELOCITY_SMOOTHER,
+    no_smoother,
+    other_defaults,
+    release_of,
+    without_own_names,
+)
 from navstack.params.nav2_file.ros_yaml import (
     Document,
     ParameterEntry,
@@ -54,6 +60,7 @@ from navstack.params.nav2_file.sources import (
 from navstack.params.nav2_file.values import read_values, value_notices
 from navstack.params.registry import nodes
 from navstack.params.registry.block import ParameterBlock
+from navstack.params.registry.releases import lacks
 
 T = TypeVar("T")
 
@@ -92,6 +99,14 @@ class Nav2File:
     def value(self, node: str, name: str, default: Any = None) -> Any:
         """One parameter by its dotted name, as it stands in the file."""
         return value_of(self.parameters.get(node, {}), name, default)
+
+    def sets(self, node: str) -> bool:
+        """Whether any parameter of a node stands in the file."""
+        return any(entry.line for entry in self.parameters.get(node, {}).values())
+
+    def runs(self, node: str) -> bool:
+        """Whether the robot has a node: the file sets it, or its release brings it up."""
+        return self.sets(node) or not lacks(self.release, node)
 
     def read(self, cls: type[T], node: str, *prefix: str, **given: Any) -> T:
         """A dataclass filled from a node's parameters below a prefix.
@@ -240,6 +255,8 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         node: other_defaults(release, entries, found[node].visits)
         for node, entries in parameters.items()
     }
+    if lacks(release, VELOCITY_SMOOTHER) and not in_file(document, VELOCITY_SMOOTHER):
+        added[VELOCITY_SMOOTHER] = no_smoother(parameters)
     for node, entries in added.items():
         parameters[node] |= entries
     ignored = [

@@ -3,11 +3,20 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from navstack.params.nav2_file.findings import RENAMED, Known, Notice, Visit
-from navstack.params.nav2_file.ros_yaml import ParameterEntry
+from navstack.params.nav2_file.findings import (
+    RENAMED,
+    Known,
+    Notice,
+    Parameters,
+    Visit,
+    value_of,
+)
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value
 from navstack.params.registry.defaults import MODELLED, differing
 from navstack.params.registry.releases import RELEASES, span
 
+VELOCITY_SMOOTHER = "velocity_smoother"
+UNLIMITED = 1e9  # [m/s], [rad/s], [m/s2], [rad/s2], [s]
 MOST_SHOWN = 4  # names of other distributions in one line
 
 
@@ -37,11 +46,36 @@ def other_defaults(
 ) -> dict[str, ParameterEntry]:
     """What a node leaves out and a distribution sets otherwise than Jazzy, on line 0."""
     return {
-        f"{visit.prefix}{name}": ParameterEntry(value, 0, 0, 0, 0)
+        f"{visit.prefix}{name}": _default(value)
         for visit in visits
         for name, value in differing(visit.params, release).items()
         if f"{visit.prefix}{name}" not in entries
     }
+
+
+def no_smoother(parameters: Parameters) -> dict[str, ParameterEntry]:
+    """The parameters of a velocity smoother that passes every command on, on line 0.
+
+    Nav2 brings one up since Humble.
+    """
+    rates = (
+        value_of(parameters.get("controller_server", {}), "controller_frequency", 20.0),
+        value_of(parameters.get("behavior_server", {}), "cycle_frequency", 10.0),
+    )
+    numbers = [rate for rate in rates if isinstance(rate, int | float)]
+    values = {
+        "smoothing_frequency": max(numbers, default=20.0),
+        "max_velocity": [UNLIMITED] * 3,
+        "min_velocity": [-UNLIMITED] * 3,
+        "max_accel": [UNLIMITED] * 3,
+        "max_decel": [-UNLIMITED] * 3,
+        "velocity_timeout": UNLIMITED,
+    }
+    return {name: _default(value) for name, value in values.items()}
+
+
+def _default(value: Value) -> ParameterEntry:
+    return ParameterEntry(value, 0, 0, 0, 0)
 
 
 def release_notices(names: Iterable[Known]) -> list[Notice]:

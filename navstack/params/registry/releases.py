@@ -47,6 +47,11 @@ def load(release: str) -> dict[str, Any]:
 _ALL = {release: load(release) for release in RELEASES}
 
 
+def lacks(release: str, node: str) -> bool:
+    """Whether a node of Nav2 is of other distributions only."""
+    return node in node_names() and node not in _ALL[release]["nodes"]
+
+
 def of_node(node: str) -> dict[str, Declared]:
     """The parameters of a node by dotted name; ``*`` stands for a name in a list."""
     return _joined({release: found["nodes"].get(node, {}) for release, found in _ALL.items()})
