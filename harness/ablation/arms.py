@@ -65,6 +65,8 @@ def arms_of(
             f"stack '{stack.name}' does not drive, so that its localizer changes nothing; give "
             "another"
         )
+    if correlation_time is not None and not errors:
+        raise InputError("--correlation-time is that of --inject's errors; give both, or neither")
     names = list(localizers) or ([TRUTH] if errors else list(localizer_names()))
     if errors and TRUTH not in names:
         names.insert(0, TRUTH)

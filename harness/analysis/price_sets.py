@@ -8,14 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from harness.analysis.repricing import Choices, accounted_margins, choose
+from harness.analysis.rare import reach_of, widest
+from harness.analysis.repricing import Choices, accounted_dollars, accounted_margins, choose
 from harness.economics.accountings import AT_FAULT, MONOTONE, PUBLISHED
 from harness.economics.cost_model import price
 from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
 from harness.economics.optional_terms import OptionalTerms, all_optional_costs
 from harness.economics.prices import load_prices, price_sets
-from harness.economics.valuation import CENT
+from harness.economics.unseen import margin_admitting_unseen
+from harness.economics.valuation import CENT, missions
 from harness.metrics.summary import summarize
 from harness.statistics.interval import NO_INTERVAL, Interval
 from harness.study.stored_run import StoredRun, StoredStack
@@ -115,15 +117,20 @@ def money_of(parts: Parts, choices: Choices) -> Money:
 
 
 def under_curves(parts: Parts) -> dict[str, Interval]:
-    """The mean margin [USD/run] under each of :data:`CURVES`, at the first run's prices."""
-    first = parts[0][0]
-    found = {}
+    """The mean margin [USD/run] under each of :data:`CURVES`, at the first run's prices.
+
+    Admits an unseen loss.
+    """
+    first, found = parts[0][0], {}
+    clusters = missions([row for _, stack in parts for row in stack.rows])
     for name, (curves, accounting) in CURVES.items():
         prices = first.prices()
         if curves is not None:
             prices = dataclasses.replace(prices, injury=load_prices(curves).injury)
         choices = Choices(prices, OptionalTerms((), load_optional_prices()), {})
-        found[name] = accounted_margins(first, parts, [accounting], choices).get(
-            accounting, NO_INTERVAL
-        )
+        margins = accounted_dollars(first, parts, [accounting], choices)
+        found[name] = NO_INTERVAL
+        if margins:
+            reach = widest(reach_of(run, prices, accounting) for run, _ in parts)
+            found[name] = margin_admitting_unseen(margins[accounting], reach, clusters, first.seed)
     return found

@@ -1,13 +1,15 @@
 """Margins of stored runs with intervals that admit an unseen loss."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
 from harness.economics.accountings import PUBLISHED
 from harness.economics.prices import Prices
 from harness.economics.unseen import (
+    contact_limits,
     difference_admitting_unseen,
     margin_admitting_unseen,
     reach_of_loss,
@@ -19,23 +21,26 @@ from harness.statistics.unseen import Reach
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.types import FloatArray
 
-FIRST_GUESS, GUESSES = 100, 3  # values of an interval, and steps of the search for their number
+FIRST_GUESS, GUESSES = 100, 5  # values of an interval, and steps of the search for their number
 
 
 def reach_of(run: StoredRun, prices: Prices | None = None, accounting: str = PUBLISHED) -> Reach:
     """What a delivery of a run could lose, at its prices or others, and in its world."""
-    world = run.condition("world")
-    bodies = None
-    if isinstance(world, Mapping):
-        bodies = world.get("pedestrian_bodies")
-    most = None
-    if isinstance(bodies, Mapping):
-        most = bodies.get("max_contact_impulse")
-    return reach_of_loss(
-        prices or run.prices(),
-        float(most) if isinstance(most, int | float) and most > 0.0 else math.inf,
-        accounting,
-    )
+    rows = (stack.rows for stack in run.stacks)
+    limits = contact_limits(_content(run, "world"), _content(run, "rules"), rows)
+    return reach_of_loss(prices or run.prices(), limits, accounting)
+
+
+def widest(reaches: Iterable[Reach]) -> Reach:
+    """From the least of some to the most."""
+    found = list(reaches)
+    return Reach(min(each.least for each in found), max(each.most for each in found))
+
+
+def _content(run: StoredRun, name: str) -> Mapping[str, Any]:
+    """A file of the run's parameters; empty where an older program has not kept it."""
+    found = run.condition(name)
+    return found if isinstance(found, Mapping) else {}
 
 
 def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:
@@ -92,8 +97,7 @@ def deliveries_that_prove(margin: Interval, run: StoredRun) -> int | None:
 
 
 def _wider(first: StoredRun, second: StoredRun) -> Reach:
-    both = reach_of(first), reach_of(second)
-    return Reach(min(each.least for each in both), max(each.most for each in both))
+    return widest((reach_of(first), reach_of(second)))
 
 
 def _until_within(size: float, reached: Callable[[int], float]) -> int:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.analysis.rare import reach_of
 from harness.economics.accountings import (
     ACCOUNTINGS,
     COUNTED,
@@ -23,6 +24,7 @@ from harness.economics.optional_prices import load_optional_prices
 from harness.economics.optional_terms import OptionalTerms, all_optional_costs, check_terms
 from harness.economics.price import check_prices, names_of, with_values
 from harness.economics.prices import Prices, checked, load_prices
+from harness.economics.unseen import margin_admitting_unseen
 from harness.economics.valuation import (
     CENT,
     Valuation,
@@ -144,7 +146,7 @@ def _reprice(run: StoredRun, stack: StoredStack, choices: Choices) -> Repriced:
         accountings={
             name: _accounting(run, stack, valuation, each) for name, each in costs.items()
         },
-        forgiven=_margins([costs], stack.rows, run.seed).get(FORGIVEN),
+        forgiven=_intervals(_margins([costs]), stack.rows, run.seed).get(FORGIVEN),
         turn_ns=turn,
         turned=wilson_interval(int((impulses > turn).sum()), impulses.size),
         limit_mps=limit_speed(prices),
@@ -190,6 +192,21 @@ def accounted_margins(
 ) -> dict[str, Interval]:
     """The mean margin of a stack under accountings, and :data:`FORGIVEN`, on the same resamples.
 
+    Arguments, and where it is empty: as in :func:`accounted_dollars`.
+    """
+    known = accounted_dollars(first, parts, names, choices)
+    rows = [row for _, stack in parts for row in stack.rows]
+    return _intervals(known, rows, first.seed)
+
+
+def accounted_dollars(
+    first: StoredRun,
+    parts: Sequence[tuple[StoredRun, StoredStack]],
+    names: Collection[str] = ACCOUNTINGS,
+    choices: Choices | None = None,
+) -> dict[str, FloatArray]:
+    """The margin (n,) [USD] of each delivery of a stack under accountings, run after run.
+
     Empty where it is undefined: the cargo was not simulated, or too many deliveries have no result.
 
     Args:
@@ -209,15 +226,11 @@ def accounted_margins(
     if has_too_few(finished, sum(stack.errors for _, stack in parts)):
         return {}
     known = [dict(_running_costs(run, stack, choices, names)) for run, stack in driven]
-    return _margins(known, [row for _, stack in driven for row in stack.rows], first.seed)
+    return _margins(known)
 
 
-def _margins(
-    known: Sequence[Mapping[str, RunningCosts]],
-    rows: Sequence[Row],
-    seed: int,
-) -> dict[str, Interval]:
-    """Mean margins by accounting of several runs' deliveries together.
+def _margins(known: Sequence[Mapping[str, RunningCosts]]) -> dict[str, FloatArray]:
+    """Margins by accounting of several runs' deliveries together.
 
     Empty where they are undefined.
     """
@@ -225,13 +238,34 @@ def _margins(
         costs.contribution_margin is None for each in known for costs in each.values()
     ):
         return {}
-    columns = {
+    return {
         name: np.concatenate([each[name].contribution_margin for each in known])
         for name in known[0]
     }
+
+
+def _intervals(
+    margins: Mapping[str, FloatArray], rows: Sequence[Row], seed: int
+) -> dict[str, Interval]:
+    """The means of margins, and :data:`FORGIVEN`."""
+    columns = dict(margins)
     if {PUBLISHED, MONOTONE} <= set(columns):
         columns[FORGIVEN] = columns[PUBLISHED] - columns[MONOTONE]
-    return mean_intervals(columns, missions(rows), seed, CENT)
+    return mean_intervals(columns, missions(rows), seed, CENT) if columns else {}
+
+
+def admitting_unseen(
+    run: StoredRun, priced: Repriced, accounting: str, prices: Prices
+) -> Interval | None:
+    """The margin under an accounting with the interval that admits an unseen loss.
+
+    None: it is undefined.
+    """
+    found = priced.accountings[accounting].margins
+    if found is None:
+        return None
+    reach = reach_of(run, prices, accounting)
+    return margin_admitting_unseen(found, reach, missions(priced.stack.rows), run.seed)
 
 
 def repricing_document(run: StoredRun, results: Sequence[Repriced], choices: Choices) -> Row:
@@ -240,11 +274,11 @@ def repricing_document(run: StoredRun, results: Sequence[Repriced], choices: Cho
         "schema": 1,
         "settings": dict(choices.settings),
         "accounting": choices.prices.accounting,
-        "runs": [_stack_document(run, result, choices.optional) for result in results],
+        "runs": [_stack_document(run, result, choices) for result in results],
     }
 
 
-def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -> Row:
+def _stack_document(run: StoredRun, result: Repriced, choices: Choices) -> Row:
     valuation, stack = result.valuation, result.stack
     return {
         "stack": stack.name,
@@ -257,6 +291,9 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
         "accountings": {
             name: _accounting_document(each) for name, each in result.accountings.items()
         },
+        "margin_with_unseen": interval_json(
+            admitting_unseen(run, result, choices.prices.accounting, choices.prices)
+        ),
         "forgiven_usd_per_run": interval_json(result.forgiven),
         "contacts_beyond_turn": {"impulse_ns": result.turn_ns, "share": result.turned.as_json()},
         "contacts_beyond_iso_ts_15066": {
@@ -269,7 +306,7 @@ def _stack_document(run: StoredRun, result: Repriced, optional: OptionalTerms) -
                 "capex_usd": term.capex_usd,
                 "opex_usd_per_run": term.opex,
                 "prices": {
-                    key: dataclasses.asdict(getattr(optional.prices, key))
+                    key: dataclasses.asdict(getattr(choices.optional.prices, key))
                     for key in OPTIONAL_TERMS[name].prices
                 },
             }

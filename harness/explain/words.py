@@ -102,7 +102,9 @@ def _touched(row: Row, moment: Moment) -> str:
 
 
 def _motion(seconds: Seconds) -> str:
-    """How it drove, and whether it braked."""
+    """How it drove, and whether it braked; empty: there was nothing before."""
+    if seconds.at[0] >= 0.0:
+        return ""  # it happened as the delivery began
     speed, commanded = seconds.speed, seconds.command[:, 0]
     early = int(np.abs(seconds.at + 1.0).argmin())
     if _stands(seconds):

@@ -212,12 +212,13 @@ def _terms(
         for kind in PRICED_PROPERTY
         if paid.get(kind)
     }
+    takeovers = sum(event.kind == "intervention" for event in events)
     likely = [event.size for event in contacts if event.size >= least]
     measured = Measured(
         sla=None,
-        spoiled=None if spilled is None else float(spilled > SPOILED),
+        spoiled=None if spilled is None else float(spilled > SPOILED and not takeovers),
         timeout=0.0,
-        physical_assistance=float(sum(event.kind == "intervention" for event in events)),
+        physical_assistance=float(takeovers > 0),
         avg_velocity_mps=distance / max(duration, 1e-9),
         avg_mechanical_power_kw=energy / max(hours, 1e-12),
         avg_collision_impulse_ns=IN_A_STEP * sum(likely),
@@ -227,4 +228,7 @@ def _terms(
         avg_distance_km=1e-3 * distance,
         **damages,
     )
-    return dict(running(measured, prices).terms)
+    terms = dict(running(measured, prices).terms)
+    # the fee is lost once, and somebody comes each time
+    terms["repair"] = takeovers * prices.repair_per_physical_assistance
+    return terms

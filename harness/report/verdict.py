@@ -1,10 +1,12 @@
 """What deliveries prove, in sentences, and what would decide where they prove nothing."""
 
+import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 from harness.analysis.compare import Comparison, compare
+from harness.analysis.family import as_one_family
 from harness.analysis.pairing import have_common_missions
 from harness.analysis.rare import (
     deliveries_that_prove,
@@ -16,7 +18,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.report.numbers import all_of, counted, interval_text, number_text, p_text
 from harness.statistics.interval import Interval, fewest_missions, wider
-from harness.statistics.paired import PairedDifference, needed_for, together
+from harness.statistics.paired import PairedDifference, needed_for
 from harness.study.stored_run import StoredRun
 
 # a stack's name, its deliveries and its margin [USD/run], if it is defined
@@ -43,7 +45,8 @@ def earnings(parties: Sequence[Party]) -> list[str]:
 def rankings(parties: Sequence[Party]) -> list[str]:
     """A sentence for the best stack against each that drove missions of it.
 
-    The margin alone decides: differences are paired by mission and tested together (Holm).
+    The margin alone decides: differences are paired by mission and tested together (Holm), with
+    those of all other pairs, as the data say which is the best.
     """
     known = sorted(_known(parties), key=lambda each: -each[2].value)  # type: ignore[operator]
     others = [
@@ -52,7 +55,7 @@ def rankings(parties: Sequence[Party]) -> list[str]:
     if not others:
         return []
     found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
-    pairs = together([each.differences[MARGIN].paired for each in found])
+    pairs = as_one_family(found, [known[0][1], *(side for _, side in others)])
     best, _, margin = known[0]
     lines = []
     for (name, _), each, pair in zip(others, found, pairs, strict=True):
@@ -62,8 +65,8 @@ def rankings(parties: Sequence[Party]) -> list[str]:
         span = wider(pair.difference, each.unseen)
         told = f"{interval_text(span)} USD a delivery more over {counted(span.n, 'mission')}, p "
         told += p_text(pair.p_holm)
-        if pair.tests > 1:
-            told += f" adjusted for {len(pairs)} comparisons"
+        if len(others) > 1:
+            told += f" adjusted for {math.comb(len(others) + 1, 2)} comparisons"
         if pair.is_significant and span.low is not None and span.low <= 0.0:
             line = f"{best} earned more than {name} on these missions: {told}{DOUBT}"
         elif pair.is_significant:

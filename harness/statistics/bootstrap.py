@@ -105,7 +105,7 @@ def resampled_means(
     distinct, which = np.unique(sizes, axis=1, return_inverse=True)
     with np.errstate(invalid="ignore"):
         return np.concatenate(
-            [(w @ sums) / (w @ distinct)[:, which] for w in _weights(number, rng, draws)]
+            [(w @ sums) / (w @ distinct)[:, which.ravel()] for w in _weights(number, rng, draws)]
         )
 
 

@@ -19,7 +19,7 @@ def mean_intervals(
 
     None and all undefined are left out.
 
-    No bounds where all entries are within ``resolution``: too few to tell.
+    No bounds where all entries are within ``resolution`` or of one cluster: too few to tell.
     """
     known = {
         key: np.broadcast_to(column, clusters.shape)
@@ -28,13 +28,16 @@ def mean_intervals(
     }
     known = {key: column for key, column in known.items() if not np.isnan(column).all()}
     differ = [
-        key for key, column in known.items() if np.nanmax(column) - np.nanmin(column) > resolution
+        key
+        for key, column in known.items()
+        if np.nanmax(column) - np.nanmin(column) > resolution
+        and np.ptp(clusters[~np.isnan(column)]) > 0
     ]
     intervals = {
         key: Interval(float(np.nanmean(column)), None, None, int((~np.isnan(column)).sum()))
         for key, column in known.items()
     }
-    if differ and clusters.max() > 0:
+    if differ:
         draws = resampled_means(
             np.column_stack([known[key] for key in differ]),
             np.random.default_rng(seed),

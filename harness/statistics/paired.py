@@ -141,19 +141,23 @@ def compare_pairs(
     return PairedDifference(flips, variance, missions, differs, flips.p)
 
 
-def together(pairs: Sequence[PairedDifference]) -> list[PairedDifference]:
+def together(pairs: Sequence[PairedDifference], others: int = 0) -> list[PairedDifference]:
     """The same as one family, adjusted by Holm's method: intervals and power, too.
 
     A difference is tested as one of those that are left at its step, or at the first step that
     finds nothing. Where no pair differs there is nothing to test.
+
+    Args:
+        pairs: the family's.
+        others: so many more are of the family, which count as if they found nothing.
     """
     found = list(pairs)
     order = sorted((k for k, pair in enumerate(pairs) if pair.differs), key=lambda k: pairs[k].p)
-    adjusted = holm([pairs[k].p for k in order])
-    tests = len(order)
+    adjusted = holm([pairs[k].p for k in order], others)
+    tests = len(order) + others
     for rank, (k, p_holm) in enumerate(zip(order, adjusted, strict=True)):
         if rank and adjusted[rank - 1] < SIGNIFICANCE:
-            tests = len(order) - rank
+            tests = len(order) + others - rank
         found[k] = replace(pairs[k], p_holm=p_holm, tests=tests)
     return found
 
@@ -168,12 +172,16 @@ def _pair_variance(differences: FloatArray, clusters: IntArray) -> float | None:
     return float((deviations**2).sum()) / differences.size * missions / (missions - 1)
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
-    """P values adjusted by Holm's step-down method (Holm 1979), in the order given."""
+def holm(p_values: Sequence[float], others: int = 0) -> list[float]:
+    """P values adjusted by Holm's step-down method (Holm 1979), in the order given.
+
+    ``others`` of the family are larger than all of them.
+    """
     adjusted = [0.0] * len(p_values)
     largest = 0.0
     for rank, i in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
-        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        left = len(p_values) + others - rank
+        largest = max(largest, min(1.0, left * p_values[i]))
         adjusted[i] = largest
     return adjusted
 

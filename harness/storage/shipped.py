@@ -76,6 +76,9 @@ def resolve(name_or_file: str, folder: Path, what: str) -> Path:
         candidate = folder / f"{known}.yaml"
         if os.path.isfile(candidate):
             return candidate
+    if os.path.exists(given):
+        trouble = "is a folder" if os.path.isdir(given) else "has no suffix .yaml"
+        raise InputError(f"{what} '{name_or_file}' {trouble}; give a YAML file or a name")
     raise UnknownNameError(what, name_or_file, names(folder), _list_command(folder))
 
 

@@ -280,7 +280,7 @@ def _absolute(map_name: str) -> str:
 
 def is_recording(people: str) -> bool:
     """Whether ``people`` is a file of recorded people, not the name of a model."""
-    return Path(people).suffix in RECORDINGS or len(Path(people).parts) > 1
+    return Path(people).suffix.lower() in RECORDINGS or len(Path(people).parts) > 1
 
 
 def parse_pose(option: str, text: str) -> tuple[float, ...]:

@@ -4,7 +4,6 @@ The core of ``navbench tune`` calls :func:`explain` once the search and the test
 ``harness.report.tuning`` prints what comes of it.
 """
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from harness.economics.cost_model import running
 from harness.economics.cost_terms import COUNTED_TERMS, MARGIN
 from harness.economics.prices import Prices
 from harness.economics.unseen import (
+    ContactLimits,
     difference_admitting_unseen,
     margin_admitting_unseen,
     reach_of_loss,
@@ -26,6 +26,7 @@ from harness.economics.valuation import MEETINGS_LOSS, deliveries, meetings_loss
 from harness.metrics.columns import Row
 from harness.statistics.bootstrap import percentile_interval, resampled_means
 from harness.statistics.interval import Interval, fewest_missions
+from harness.statistics.unseen import Reach
 from harness.storage.documents import as_json, write_document
 from harness.tuning.declaration import MOST_EPISODES
 from harness.tuning.evaluation import Evaluator, OutOfTimeError
@@ -81,7 +82,7 @@ def explain(
     prices: Prices,
     conditions: Conditions,
     waterfall_missions: int = WATERFALL_MISSIONS,
-    most_impulse: float = math.inf,
+    limits: ContactLimits | None = None,
 ) -> Explanation:
     """Explain a finished study, and write ``explanation.json`` into its folder.
 
@@ -94,7 +95,7 @@ def explain(
         conditions: that the world and its rules set.
         waterfall_missions: the first so many test missions (training missions where there is no
             test) are driven with every mixture; 0: no waterfall.
-        most_impulse: [N s] that the world lets a contact have.
+        limits: what contacts can come to there; None: as published.
 
     Raises:
         InputError: the folder cannot be written.
@@ -115,7 +116,7 @@ def explain(
         note = (
             "no waterfall: the budget ended before all mixtures of old and new values were driven"
         )
-    pairs = pair_up(*rows, prices, study.seed)
+    pairs, reach = pair_up(*rows, prices, study.seed), reach_of_loss(prices, limits)
     found = Explanation(
         history=history(study, evaluator, prices),
         importances=ranked,
@@ -127,9 +128,9 @@ def explain(
         partings=mission_differences(*rows),
         audit=audit_study(study, prices, conditions),
         notes=(note,) if note else (),
-        unseen=_unseen(pairs, most_impulse),
-        proven_by=_proven_by(pairs, most_impulse) if study.incumbent.values else None,
-        room_usd_per_run=_room(pairs, most_impulse),
+        unseen=_unseen(pairs, reach),
+        proven_by=_proven_by(pairs, reach) if study.incumbent.values else None,
+        room_usd_per_run=_room(pairs, reach),
     )
     write_document(folder / EXPLANATION, found.document)
     return found
@@ -162,19 +163,18 @@ def components(pairs: Pairs) -> dict[str, AuditEvidence]:
     return found
 
 
-def _unseen(pairs: Pairs, most_impulse: float) -> Interval | None:
+def _unseen(pairs: Pairs, reach: Reach) -> Interval | None:
     margins = pairs.margins(PUBLISHED)
     if margins is None:
         return None
-    reach = reach_of_loss(pairs.prices, most_impulse)
     return difference_admitting_unseen(margins[1] - margins[0], reach, pairs.clusters, pairs.seed)
 
 
-def _proven_by(pairs: Pairs, most_impulse: float) -> int | None:
+def _proven_by(pairs: Pairs, reach: Reach) -> int | None:
     margins = pairs.margins(PUBLISHED)
     if margins is None or float((margins[1] - margins[0]).sum()) <= 0.0:
         return None
-    gains, reach = margins[1] - margins[0], reach_of_loss(pairs.prices, most_impulse)
+    gains = margins[1] - margins[0]
 
     def is_proven(count: int) -> bool:
         repeated = np.resize(gains, count)
@@ -195,13 +195,11 @@ def _proven_by(pairs: Pairs, most_impulse: float) -> int | None:
     return enough
 
 
-def _room(pairs: Pairs, most_impulse: float) -> Interval | None:
+def _room(pairs: Pairs, reach: Reach) -> Interval | None:
     margins = pairs.margins(PUBLISHED)
     if margins is None:
         return None
-    earned = margin_admitting_unseen(
-        margins[1], reach_of_loss(pairs.prices, most_impulse), pairs.clusters, pairs.seed
-    )
+    earned = margin_admitting_unseen(margins[1], reach, pairs.clusters, pairs.seed)
     assert earned.value is not None and earned.low is not None and earned.high is not None
     fee = pairs.prices.delivery_fee.value
     return Interval(fee - earned.value, fee - earned.high, fee - earned.low, earned.n)

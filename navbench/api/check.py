@@ -35,7 +35,7 @@ from harness.storage.files import require_writable
 from harness.storage.manifest_file import read_manifest, require_study
 from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
 from harness.storage.run_folder import RunFolder
-from harness.storage.texts import name_of
+from harness.storage.texts import name_of, quoted
 from harness.study.drive import TABLES, driven, finish, require_own
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where, open_workers
@@ -136,7 +136,7 @@ def check(
     texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
     create_run(path, about(study, sys.argv), texts)
     found = _driven(path, declaration, where, budget)
-    return written(dataclasses.replace(found, notes=tuple(notes)), markdown)
+    return written(dataclasses.replace(found, notes=tuple(notes)), markdown, path)
 
 
 def resume_check(
@@ -153,7 +153,7 @@ def resume_check(
     require_study(path, CHECK)
     say_notes(version_notes(path))
     declaration = load_dataclass(CheckDeclaration, path / "params" / CHECK)
-    return written(_driven(path, declaration, where or Where(), budget), markdown)
+    return written(_driven(path, declaration, where or Where(), budget), markdown, path)
 
 
 def is_run(given: str) -> bool:
@@ -327,14 +327,24 @@ class Differences:
 
 
 def written(
-    found: CheckResult | MeetingsChecked, markdown: Path | None
+    found: CheckResult | MeetingsChecked, markdown: Path | None, folder: Path | None = None
 ) -> CheckResult | MeetingsChecked:
-    """Write the comment for a pull request, if there is to be one."""
-    if markdown is not None:
-        if isinstance(found, MeetingsChecked):
-            write_file(markdown, meetings_markdown(found))
-        else:
-            write_file(markdown, check_markdown(found.checked, found.declaration))
+    """Write the comment for a pull request, if there is to be one.
+
+    Raises:
+        InputError: it cannot be written; the message tells the verdict, and the run's ``folder``.
+    """
+    if markdown is None:
+        return found
+    if isinstance(found, MeetingsChecked):
+        text = meetings_markdown(found)
+    else:
+        text = check_markdown(found.checked, found.declaration)
+    try:
+        write_file(markdown, text)
+    except InputError as error:
+        kept = "" if folder is None else f"; --resume {quoted(folder)} writes it"
+        raise InputError(f"{error}; the verdict is: {found.verdict}{kept}") from None
     return found
 
 

@@ -31,6 +31,7 @@ from navbench.api.progress import count_shown, say
 from navbench.api.report import PAGES, today
 from navstack.errors import InputError
 from navstack.params.extensions import uses_map
+from navstack.params.nav2_file.file import load_nav2
 from navstack.params.strict import load_dataclass
 
 DRIVES = 5  # of the log's mission, which differ in the sensors' noise
@@ -120,6 +121,8 @@ def cost_log(
     rules = load_dataclass(WorldParams, resolve(world, params / "worlds", "world"))
     paid_by = load_prices(prices)
     scene = load_scene(map)
+    if nav2 is not None:
+        load_nav2(nav2)  # refused before the log is read, which takes longer
     log = read_log(request, lambda text: say(f"note: {text}"))
     if doubt := doubt_of_map(log, scene):
         say(f"note: {doubt}")

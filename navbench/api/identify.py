@@ -15,6 +15,7 @@ from harness.storage.files import require_no_input, require_writable
 from harness.storage.shipped import shipped
 from harness.world.physics.robot import RobotParams
 from navbench.api.progress import count_shown, say, share_shown
+from navstack.params.nav2_file.file import load_nav2
 from navstack.params.strict import load_dataclass
 
 
@@ -65,6 +66,8 @@ def identify(
     for each in (out, sensors_beside(out)):
         require_no_input("robot file", each, (*files_read(request.bags), urdf, nav2))
     body = None
+    if nav2 is not None:
+        load_nav2(nav2, allow_unknown=True)  # refused before the log is read, which takes longer
     if urdf is not None:
         body = read_urdf(urdf)
         request = replace(request, static_tf=(*body.frames, *request.static_tf))

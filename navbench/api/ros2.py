@@ -106,9 +106,12 @@ def drive_robot(
     from harness.ros2.map import receive_map
 
     nav2 = load_nav2(resolve(params, shipped("params") / "nav2", "Nav2"), allow_unknown=True)
+    deadline = float("inf")
+    if seconds is not None:
+        deadline = time.monotonic() + seconds
     if map_file is None:
         say("waiting for /map")
-        grid = align(receive_map(MAP_LIMIT))
+        grid = align(receive_map(min(MAP_LIMIT, deadline - time.monotonic())))
     else:
         grid = align(load_map(map_file))
     navigator = build_navigator(nav2, build_localizer(localizer, nav2, grid), grid, None)
@@ -126,8 +129,5 @@ def drive_robot(
         is_simulated=is_simulated,
         is_stamped=is_stamped,
     )
-    deadline = float("inf")
-    if seconds is not None:
-        deadline = time.monotonic() + seconds
     say(f"waiting for /initialpose and /goal_pose; ticks at {rate:g} Hz")
     node.spin(deadline)

@@ -106,8 +106,9 @@ def check(
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
     else:
         if api.is_run(old) and api.is_run(new):
-            kept = ("old", "new", "fail_if", "markdown", "within", "estimator")
-            refuse_others(context, *kept, why="finished runs are not driven again")
+            kept = ("old", "new", "fail_if", "markdown", "within", "estimator", "as_json")
+            why = "finished runs are not driven again"
+            refuse_others(context, *kept, beside=(), why=why)
         found = api.check(old, new, budget=seconds, markdown=markdown, where=where, **choices)
     if as_json:
         print_json(found.as_json())

@@ -10,6 +10,7 @@ from navbench.cli.streams import print_json
 if TYPE_CHECKING:
     import click
 
+    from harness.metrics.columns import Row
     from harness.study.stored_run import StoredRun
     from navbench.api.driving import Driven
 
@@ -51,15 +52,13 @@ def print_driven(
     Returns:
         The exit status.
     """
-    from harness.study.drive import run_document
     from harness.study.stored_run import load_run
 
     status = exit_status(driven.is_interrupted, driven.has_errors)
+    run = load_run(str(driven.folder))
     if as_json:
-        results, study, folder = driven.results, driven.study, driven.folder
-        print_json({"schema": 1, "runs": [run_document(each, study, folder) for each in results]})
+        print_json({"schema": 1, "runs": _documents(run, driven)})
     else:
-        run = load_run(str(driven.folder))
         _print_answer(run, driven, is_full)
     if driven.is_interrupted:
         say_how_to_go_on("run", driven.folder, " --page" if has_page else "")
@@ -70,6 +69,21 @@ def print_driven(
     if not as_json:
         _print_next(run, driven, page)
     return status
+
+
+def _documents(run: "StoredRun", driven: "Driven") -> list["Row"]:
+    """What each stack's deliveries came to, with the interval that the screen shows."""
+    from harness.analysis.rare import margin_with_unseen
+    from harness.statistics.interval import interval_json
+    from harness.study.drive import run_document
+
+    stacks = {stack.name: stack for stack in run.stacks}
+    found = []
+    for result in driven.results:
+        document = run_document(result, driven.study, driven.folder)
+        unseen = margin_with_unseen(run, stacks[result.stack.name])
+        found.append({**document, "margin_with_unseen": interval_json(unseen)})
+    return found
 
 
 def say_how_to_go_on(command: str, folder: Path, options: str = "") -> None:

@@ -74,6 +74,8 @@ def lint(file: str, robot: str | None, strict: bool, is_full: bool, as_json: boo
         again = ["navbench", "lint", file]
         if robot is not None:
             again += ["--robot", robot]
+        if strict:
+            again.append("--strict")
         click.echo(f"next: {shlex.join([*again, '--full'])}")
     if found.errors:
         first, *others = found.errors

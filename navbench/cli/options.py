@@ -272,22 +272,26 @@ def _with(command: Callable[..., Any], options: Sequence[Callable[..., Any]]) ->
 
 
 def refuse_others(
-    context: click.Context, *allowed: str, why: str = "--resume takes the study from its folder"
+    context: click.Context,
+    *allowed: str,
+    beside: Sequence[str] = BESIDE_RESUME,
+    why: str = "--resume takes the study from its folder",
 ) -> None:
     """Check that nothing was given beside --resume that would make another study of it.
 
     Args:
         context: of the command.
         allowed: parameters of this command that would not.
+        beside: those of any command that would not.
         why: the others cannot count.
 
     Raises:
         InputError: something was.
     """
     given = [
-        parameter.opts[0]
+        parameter.opts[0] if isinstance(parameter, click.Option) else parameter.human_readable_name
         for parameter in context.command.params
-        if parameter.name not in (*BESIDE_RESUME, *allowed)
+        if parameter.name not in (*beside, *allowed)
         and context.get_parameter_source(str(parameter.name)) is not ParameterSource.DEFAULT
     ]
     if given:

@@ -47,7 +47,8 @@ def report(runs: tuple[str, ...], out: Path, replays: int, again: int) -> None:
     loaded = [load(each) for each in runs]
     api.report(loaded, out, replays, again)
     for each in loaded[:MOST_RUNS]:
-        click.echo(setup_line(each.stored))
+        folder = f"{each.stored.folder}: " if len(loaded) > 1 else ""
+        click.echo(f"{folder}{setup_line(each.stored)}")
     if len(loaded) > MOST_RUNS:
         click.echo(f"and {len(loaded) - MOST_RUNS} more runs")
     print_size(out, "page, ")

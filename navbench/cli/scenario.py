@@ -108,7 +108,7 @@ def _verdict(result: Result) -> Text:
 
 def _chosen(files: Sequence[Path], everything: bool) -> list[Path]:
     if bool(files) == everything:
-        raise InputError("give scenario files, or --all for those of tests/scenarios")
+        raise click.UsageError("give scenario files, or --all for those of tests/scenarios")
     if not everything:
         return list(files)
     found = sorted(FOLDER.glob("*.yaml"))

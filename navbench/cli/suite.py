@@ -96,7 +96,8 @@ def suite(
         found = api.resume_suite(resume, portion, where)
     else:
         if file is None:
-            raise InputError("no suite is given; give its file, or --resume DIR")
+            text = "no suite is given; give its file, or --resume DIR"
+            raise click.UsageError(text, context)
         if file == BARN and barn is None:
             raise InputError(
                 "the suite barn needs --worlds DIR, the folder with the challenge's "

@@ -69,7 +69,7 @@ def from_mapping(cls: type[T], mapping: Any, where: str) -> T:
         found = "is empty" if mapping is None else f"{mapping!r} is not a mapping"
         raise ParameterError(f"{where}: {found}; expected the keys {_known(cls)}")
     hints = hints_of(cls)
-    names = {field.name for field in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
     for key in mapping:
         if key not in names:
             raise ParameterError(

@@ -187,6 +187,16 @@ def test_where_no_pair_differs_there_is_nothing_to_adjust_for():
     assert not together_with_it[0].is_significant
 
 
+def test_others_of_a_family_count_as_if_they_found_nothing():
+    pairs = [compared(rng((seed, 9)).normal(1.0, 2.0, 15)) for seed in range(3)]
+    dull = [compared(np.array([1.0, -1.0] * 8)) for _ in range(3)]
+    found = together(pairs, others=3)
+    assert [each.p_holm for each in found] == [
+        each.p_holm for each in together([*pairs, *dull])[:3]
+    ]
+    assert together(pairs[:1], others=2)[0].p_holm == pytest.approx(min(1.0, 3.0 * pairs[0].p))
+
+
 def standardized(seed, n):
     values = rng(seed).normal(0.0, 1.0, n)
     return (values - values.mean()) / values.std(ddof=1)

@@ -60,6 +60,18 @@ def test_contacts_are_those_that_are_paid_for_over_the_way_and_the_time():
     assert rates["contacts_per_1000_km"].n == 3
 
 
+def test_a_robot_that_stands_has_no_rate_by_distance():
+    """It settles on its wheels: a billionth of a kilometre is no way to divide by."""
+    rows = [{**delivery(people=1, delta_v=1.0), "distance_m": 1e-7}, delivery()]
+    stood = event_rates(rows[:1], PRICES)
+    assert stood["contacts_per_1000_km"].value is stood["contacts_per_1000_km"].high is None
+    assert stood["contacts_per_1000_h"].value is not None
+    assert event_rates(rows, PRICES)["contacts_per_1000_km"].value is not None
+    one = np.arange(1)
+    assert margin_per_km(np.ones(1), rows[:1], one, 0).value is None
+    assert margin_per_km(np.ones(1), rows[1:], one, 0).value is not None
+
+
 def test_injuries_are_expected_ones_in_contacts_with_people():
     rows = [delivery(people=2, delta_v=1.5), delivery(people=1, delta_v=3.0), delivery(bollards=9)]
     risks = 1.0 - mais_probabilities([1.5, 3.0], PRICES.injury.logistic.curves)[:, 0]

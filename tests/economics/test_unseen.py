@@ -7,8 +7,10 @@ from scipy.stats import beta
 from harness.economics.accountings import MONOTONE
 from harness.economics.contact_costs import injury_costs, monotone_injury_costs, turning_impulse
 from harness.economics.price import with_values
-from harness.economics.prices import load_prices
+from harness.economics.prices import load_prices, load_severe
 from harness.economics.unseen import (
+    ContactLimits,
+    contact_limits,
     difference_admitting_unseen,
     margin_admitting_unseen,
     reach_of_loss,
@@ -81,12 +83,60 @@ def test_rare_disasters_are_held_where_the_bootstrap_misses_them():
 
 def test_the_dearest_delivery_is_of_the_price_list_and_the_world():
     prices = load_prices("costnav")
-    free, capped = reach_of_loss(prices), reach_of_loss(prices, 100.0)
+    free, capped = reach_of_loss(prices), reach_of_loss(prices, ContactLimits(most=100.0))
     assert free.least == capped.least == prices.delivery_fee.value
-    beside = prices.refund.value + prices.repair_per_physical_assistance
+    # the dearest property is glass; until health is used up, one contact costs 31 USD at 50 N s
+    each = float(injury_costs(50.0, prices)) / 50.0
+    beside = prices.refund.value + prices.repair_per_physical_assistance + 300.0 + 177.78 * each
     # the published curve's highest, at 1042 N s
     assert free.most == pytest.approx(1219.67 + beside, abs=0.01)
     assert capped.most == pytest.approx(37.017 + beside, abs=0.01)
+    street = ContactLimits(most=100.0, property=("plant", "mailbox"))
+    assert reach_of_loss(prices, street).most == pytest.approx(capped.most - 250.0)
+    nothing = ContactLimits(most=100.0, property=())
+    assert reach_of_loss(prices, nothing).most == pytest.approx(capped.most - 300.0)
+
+
+def test_what_counts_softly_may_happen_often() -> None:
+    """A robot whose health bears four contacts of 50 N s may pay for as many."""
+    prices = load_prices("costnav")
+    short = reach_of_loss(prices, ContactLimits(most=50.0, health=50.0, property=()))
+    long = reach_of_loss(prices, ContactLimits(most=50.0, health=200.0, property=()))
+    assert long.most - short.most == pytest.approx(3.0 * float(injury_costs(50.0, prices)))
+
+
+def test_whole_contacts_have_no_limit() -> None:
+    """Accountings without threshold pay for all impacts of a contact together."""
+    prices, limits = load_prices("costnav"), ContactLimits(most=100.0, property=())
+    found = reach_of_loss(prices, limits, "no_threshold")
+    beside = prices.refund.value + prices.repair_per_physical_assistance
+    assert found.most == pytest.approx(1219.67 + beside, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("world", "rules", "rows", "expected"),
+    [
+        ({}, {}, [], ContactLimits(property=())),
+        (
+            {
+                "pedestrian_bodies": {"max_contact_impulse": 100.0},
+                "contacts": {"per": "point", "counted_impulse": 40.0},
+            },
+            {"impulse_health": 90.0},
+            [[{"mailbox_contacts": None}], [{"mailbox_contacts": None}, {"mailbox_contacts": 0}]],
+            ContactLimits(40.0, 100.0, 90.0, ("mailbox",)),
+        ),
+        (
+            {"pedestrian_bodies": {"max_contact_impulse": 100.0}, "contacts": {"per": "partner"}},
+            {},
+            [],
+            ContactLimits(property=()),
+        ),
+        ({"pedestrian_bodies": {"max_contact_impulse": 0.0}}, {}, [], ContactLimits(property=())),
+    ],
+)
+def test_limits_are_those_of_world_rules_and_property(world, rules, rows, expected) -> None:
+    assert contact_limits(world, rules, rows) == expected
 
 
 @pytest.mark.parametrize("mass", [20.0, 50.0, 500.0])
@@ -94,16 +144,19 @@ def test_the_dearest_contact_is_found_for_light_and_heavy_robots(mass):
     prices = with_values(load_prices(), {"robot_mass": mass})
     dearest = float(injury_costs(turning_impulse(prices), prices))
     other = 3.49 + prices.food_price + prices.repair_per_physical_assistance
-    assert reach_of_loss(prices).most == pytest.approx(dearest + other, rel=1e-5)
+    one = ContactLimits(health=0.0, property=())
+    assert reach_of_loss(prices, one).most == pytest.approx(dearest + other, rel=1e-5)
 
 
 def test_where_harder_costs_more_the_hardest_contact_is_the_dearest():
     prices = load_prices()
     hardest = monotone_injury_costs(5000.0, prices)
     other = 3.49 + prices.food_price + prices.repair_per_physical_assistance
-    found = reach_of_loss(prices, accounting=MONOTONE)
+    other += load_severe().other_property.value
+    one = ContactLimits(health=0.0, property=())
+    found = reach_of_loss(prices, one, MONOTONE)
     assert found.most == pytest.approx(float(hardest) + other)
-    assert found.most > 10.0 * reach_of_loss(prices).most
+    assert found.most > 10.0 * reach_of_loss(prices, one).most
 
 
 @pytest.mark.parametrize(("best", "most", "among_best"), [(-20.0, 3.49, 1), (10.0, 10.0, 2)])

@@ -277,6 +277,10 @@ def test_where_the_localizers_parameters_are_from_is_told(
         (("--localizers", "gps,amcl", "heading=2"), ("heading=2", "--inject")),
         (("--inject", "position=0.1", "heading=-2"), ("heading: '-2'",)),
         (
+            ("--correlation-time", "5"),
+            ("--inject", "give both, or neither"),
+        ),
+        (
             ("--inject", "heading=2", "--correlation-time", "0"),
             ("correlation_time 0.0", "more than 0"),
         ),

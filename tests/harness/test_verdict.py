@@ -166,7 +166,7 @@ def test_the_best_is_ranked_where_the_missions_tell(write_run):
     first, second = rankings(parties)
     assert first.startswith("These deliveries cannot rank good and near: ")
     assert second.startswith("good earned more than bad on these missions: ")
-    doubt = "over 40 missions, p <.001 adjusted for 2 comparisons; an unseen loss could undo that"
+    doubt = "over 40 missions, p <.001 adjusted for 3 comparisons; an unseen loss could undo that"
     assert second.endswith(doubt) and " [-" in second
     assert rankings(parties[:1]) == []
 

@@ -2,9 +2,11 @@
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
-from harness.analysis.compare import compare
+from harness.analysis.compare import Comparison, compare
+from harness.analysis.family import EVERY_PAIR_UP_TO, as_one_family
 from harness.analysis.pairing import have_common_missions
 from harness.economics.cost_terms import DOLLARS, MARGIN
 from harness.metrics.catalog import EPISODE_METRICS, RUN_METRICS
@@ -13,10 +15,10 @@ from harness.report.comparison import winner
 from harness.report.page.entries import PageEntry
 from harness.report.texts import OUTCOMES
 from harness.statistics.interval import Interval, wider
+from harness.statistics.paired import PairedDifference
 
 Json = dict[str, Any]
 
-EVERY_PAIR_UP_TO = 4  # stacks; more are held against the first with the same missions only
 FOREMOST = (
     "contribution_margin",
     "opex",
@@ -32,14 +34,21 @@ FOREMOST = (
 
 
 def comparisons(entries: Sequence[PageEntry]) -> list[Json]:
-    """Stacks on the missions that they have in common; pairs without one are left out."""
+    """Stacks on the missions that they have in common; pairs without one are left out.
+
+    More than ``EVERY_PAIR_UP_TO`` are held against the first with the same missions only.
+    """
     pairs = list(itertools.combinations(entries, 2))
     if len(entries) > EVERY_PAIR_UP_TO:
         pairs = _against_first(entries)
+    pairs = [pair for pair in pairs if have_common_missions(pair[0].side, pair[1].side)]
+    found = [compare(first.side, second.side) for first, second in pairs]
+    earning = [each for each in found if MARGIN in each.differences]
+    sides = [entry.side for entry in entries if entry.margin is not None]
+    margins = dict(zip(map(id, earning), as_one_family(earning, sides), strict=True))
     return [
-        _comparison(first, second)
-        for first, second in pairs
-        if have_common_missions(first.side, second.side)
+        _comparison(first, second, result, margins.get(id(result)))
+        for (first, second), result in zip(pairs, found, strict=True)
     ]
 
 
@@ -58,8 +67,10 @@ def _against_first(entries: Sequence[PageEntry]) -> list[tuple[PageEntry, PageEn
     return pairs
 
 
-def _comparison(first: PageEntry, second: PageEntry) -> Json:
-    result = compare(first.side, second.side)
+def _comparison(
+    first: PageEntry, second: PageEntry, result: Comparison, margin: PairedDifference | None
+) -> Json:
+    """A pair of stacks; ``margin``: their difference as one of all pairs'."""
     known = [key for key, entry in result.differences.items() if entry.differs]
     order = [key for key in FOREMOST if key in known] + [
         key for key in known if key not in FOREMOST
@@ -67,6 +78,8 @@ def _comparison(first: PageEntry, second: PageEntry) -> Json:
     rows, titles = [], metric_titles()
     for key in order:
         entry = result.differences[key]
+        if key == MARGIN and margin is not None:
+            entry = replace(entry, paired=margin)
         span = entry.paired.difference
         if key == MARGIN:
             span = wider(span, result.unseen)

@@ -7,15 +7,11 @@ from pathlib import Path
 from harness.ablation.analysis import Ablation
 from harness.ablation.precision import half_width
 from harness.analysis.compare import Comparison
-from harness.analysis.rare import reach_of
-from harness.analysis.repricing import Choices, Repriced
+from harness.analysis.repricing import Choices, Repriced, admitting_unseen
 from harness.analysis.sensitivity import Sensitivity
 from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
-from harness.economics.prices import Prices
 from harness.economics.rates import RATE_TITLES
-from harness.economics.unseen import margin_admitting_unseen
-from harness.economics.valuation import missions
 from harness.report.ablations.screen import (
     deciding,
     investment_of,
@@ -142,7 +138,7 @@ def short_repricing(
     rows = []
     for each in results[:MOST_STACKS]:
         margins = [
-            interval_text(_margin(run, each, name, choices.prices), absent="undefined")
+            interval_text(admitting_unseen(run, each, name, choices.prices), absent="undefined")
             for name in shown
         ]
         runs = count_text(each.accountings[paying].break_even_runs)
@@ -157,16 +153,6 @@ def short_repricing(
     if len(results) == len(sensitive) <= 2:
         lines += [line for each in sensitive for line in dependence(each)]
     return lines_of(lines)
-
-
-def _margin(run: StoredRun, priced: Repriced, accounting: str, prices: Prices) -> Interval | None:
-    """The margin under an accounting, admitting an unseen loss; None: it is undefined."""
-    found = priced.accountings[accounting].margins
-    if found is None:
-        return None
-    clusters = missions(priced.stack.rows)
-    reach = reach_of(run, prices, accounting)
-    return margin_admitting_unseen(found, reach, clusters, run.seed)
 
 
 def dependence(result: Sensitivity) -> list[str]:

@@ -1,12 +1,12 @@
 """What is worked out and written once a tuning's search and test are over."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from harness.audit.pairs import Conditions
+from harness.economics.unseen import contact_limits
 from harness.episode.files import prices_of, rules_of, world_params
 from harness.metrics.columns import Row
 from harness.report.page.document import write_study_page
@@ -111,14 +111,15 @@ def written(
     evaluator.until = budget.until
     template = base.template
     world = world_params(template.world, template.pedestrians, template.people)
+    rules = rules_of(template.rules)
     explanation = explain(
         result,
         evaluator,
         path,
         prices_of(template.prices),
-        Conditions(world.contacts.counted_impulse, rules_of(template.rules).spoiled_fraction),
+        Conditions(world.contacts.counted_impulse, rules.spoiled_fraction),
         declaration.waterfall_missions,
-        world.pedestrian_bodies.max_contact_impulse or math.inf,
+        contact_limits(dataclasses.asdict(world), dataclasses.asdict(rules), result.judged_rows),
     )
     command, again = run_command(declaration, path), test_command(declaration, result.seed, path)
     about = setup_of(declaration, template)

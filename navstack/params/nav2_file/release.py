@@ -63,7 +63,7 @@ def no_smoother(parameters: Parameters) -> dict[str, ParameterEntry]:
         value_of(parameters.get("behavior_server", {}), "cycle_frequency", 10.0),
     )
     numbers = [rate for rate in rates if isinstance(rate, int | float)]
-    values = {
+    values: dict[str, Value] = {
         "smoothing_frequency": max(numbers, default=20.0),
         "max_velocity": [UNLIMITED] * 3,
         "min_velocity": [-UNLIMITED] * 3,

@@ -34,6 +34,12 @@ def test_the_words_say_what_the_record_shows():
         assert said in words, (said, words)
 
 
+def test_before_the_first_moment_there_is_nothing_to_tell():
+    given = evidence()
+    words = paragraph(given, seconds_before(given, moment_at(0.0), 5.0))
+    assert "stood still" not in words and "-0.0 s" not in words and "before, it" not in words
+
+
 def test_the_words_follow_other_records():
     braking = evidence()
     braking.trace[STAMPS > 7.05, 9] = 0.2

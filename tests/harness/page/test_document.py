@@ -1,6 +1,7 @@
 """The page as text: what it contains, what it escapes, how large it is."""
 
 import dataclasses
+import itertools
 import json
 import re
 from pathlib import Path
@@ -12,11 +13,15 @@ from harness.analysis.compare import compare
 from harness.analysis.rare import margin_with_unseen
 from harness.analysis.repricing import choose, reprice
 from harness.analysis.side import Side
+from harness.economics.cost_terms import MARGIN
 from harness.metrics.columns import EVENT_COLUMNS
 from harness.report.page.document import embedded, report_page
 from harness.report.page.entries import entries_of
 from harness.report.page.sections import break_even, break_even_histogram, profit_curve
 from harness.report.repriced import SHOWN, TITLES
+from harness.report.verdict import rankings
+from harness.statistics.interval import Interval
+from harness.statistics.paired import together
 from harness.storage.tables import read_rows, write_table
 from harness.study.manifest import map_digest
 from harness.study.stored_run import StoredStack, load_run
@@ -78,6 +83,36 @@ def test_a_report_holds_the_figures_of_its_runs(write_run, record):
     )
     assert (len(data["replays"]), len(data["trajectories"])) == (2, 3)
     assert "1 more recorded deliveries are not in this page" in data["basis"]["notes"][0]
+
+
+def test_the_page_and_its_verdict_test_all_pairs_together(write_run):
+    """Whoever looks at three stacks has three chances to find a difference."""
+    late = {"b": 16, "c": 12}
+
+    def change(row):
+        row.update({key: 0 for key in row if key.endswith("_contacts")})
+        row.update(outcome="sla", pedestrian_injury_usd=0.0, collision_delta_v_mps=0.0)
+        if row["episode"] % 30 < late.get(row["stack"], 0) and row["episode"] % 2:
+            row["outcome"] = "timeout"
+
+    stacks = ("a", "b", "c")
+    run = load_run(str(write_run("three", stacks, episodes=30, change=change, crowd=0.0)))
+    sides = [Side(run, stack) for stack in run.stacks]
+    comparisons = [compare(*pair, [MARGIN]) for pair in itertools.combinations(sides, 2)]
+    family = together([each.differences[MARGIN].paired for each in comparisons])
+    shown_rows = [each["rows"] for each in shown(run)["comparisons"]]
+    for rows, pair, (first, second) in zip(
+        shown_rows, family, itertools.combinations("abc", 2), strict=True
+    ):
+        (margin,) = (row for row in rows if row["metric"].startswith("Contribution margin"))
+        assert bool(margin["better"]) == pair.is_significant, (first, second)
+    alone = [each.differences[MARGIN].paired.is_significant for each in comparisons]
+    assert alone == [True, True, False]
+    assert [pair.is_significant for pair in family] == [True, False, False]
+    means = {stack.name: Interval(3.0 - n, None, None, 30) for n, stack in enumerate(run.stacks)}
+    told = rankings([(side.stack.name, side, means[side.stack.name]) for side in sides])
+    assert told[0].startswith("a earned more than b")
+    assert told[1].startswith("These deliveries cannot rank a and c")
 
 
 @pytest.mark.slow

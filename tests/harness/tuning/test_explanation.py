@@ -369,17 +369,17 @@ def test_a_gain_is_proved_by_about_so_many_missions() -> None:
         seed=0,
         n=30,
     )
-    enough = _proven_by(pairs, 300.0)
+    reach = reach_of_loss(PRICES)
+    enough = _proven_by(pairs, reach)
     assert enough is not None and enough > 30
 
     def is_proved(count: int) -> bool:
-        reach = reach_of_loss(PRICES, 300.0)
         found = difference_admitting_unseen(np.resize(gains, count), reach, np.arange(count), 0)
         return found.sign > 0
 
     assert is_proved(enough) and not is_proved(enough * 9 // 10)
     pairs.margins = lambda _: (gains, np.zeros(30))
-    assert _proven_by(pairs, 300.0) is None, "a loss is no gain"
+    assert _proven_by(pairs, reach) is None, "a loss is no gain"
 
 
 def test_a_flag_stands_in_the_report(

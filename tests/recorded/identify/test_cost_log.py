@@ -162,7 +162,12 @@ def test_a_takeover_is_an_intervention(
         main([*words, "--map", str(map_file), "--json"])
     document = json.loads(capsys.readouterr().out)
     assert document["counts"]["intervention"] == 2
-    assert document["costs_usd"]["repair"] > 0.0
+    prices = load_prices("costnav")
+    assert document["costs_usd"]["repair"] == pytest.approx(
+        2.0 * prices.repair_per_physical_assistance
+    )
+    lost = document["costs_usd"]["service_compensation"]
+    assert lost in (None, pytest.approx(prices.delivery_fee.value)), "the fee is lost once"
     other, found = document["against"], document["differences"]
     assert other["counts"]["intervention"] == 0
     more = document["per_km"]["intervention"]
