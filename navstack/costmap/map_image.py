@@ -1,4 +1,4 @@
-"""The pixels of a map image as nav2_map_server gets them: GraphicsMagick, 16 bits a channel."""
+"""The pixels of a map image as nav2_map_server gets them: GraphicsMagick, 8 bits of grey."""
 
 import contextlib
 import math
@@ -16,8 +16,7 @@ from navstack.errors import MapError
 from navstack.files import check_regular
 from navstack.types import BoolArray
 
-FloatTable = npt.NDArray[np.float64]
-LevelArray = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+GreyArray = npt.NDArray[np.uint8]
 
 MAX_PIXELS = 20_000_000  # 223 m x 223 m at 0.05 m; a delivery on it takes less than 1 GiB of memory
 MAX_WHOLE = 20 * MAX_PIXELS  # of an image of which parts are read: 1 km x 1 km at 0.05 m
@@ -25,7 +24,8 @@ MAX_BYTES = 6 * MAX_PIXELS  # of a file: what an ASCII PGM spends on pixels of 1
 _MAX_BYTES_OF_PGM = 2 * MAX_WHOLE + 1000  # of a binary one
 _FORMATS = ("PNG", "BMP", "PPM", "GIF", "JPEG", "TIFF", "WEBP")  # of Pillow's; others run programs
 _DIGITS_AND_GAPS = b"0123456789 \t\r\n\v\f"
-_QUANTUM = 65535  # GraphicsMagick's largest channel value
+_QUANTUM = 65535  # GraphicsMagick's largest channel value while it reads
+OPAQUE = 255  # alpha of a pixel through which nothing shines
 _GAP = rb"(?:\s|#[^\n\r]*[\n\r])+"  # white space and comments
 _PGM_HEADER = re.compile(rb"P([25])" + (_GAP + rb"(\d+)") * 3)
 
@@ -46,32 +46,29 @@ class Crop(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapImage:
-    """An image as brightness: pixel (row, column) has the shade ``shades[levels[row, column]]``."""
+    """An image as brightness."""
 
-    levels: LevelArray  # (height, width), row 0 = top
-    shades: FloatTable  # (n,) brightness 0..1 of each level
+    grey: GreyArray  # (height, width) 0 black to 255 white, row 0 = top
     transparent: BoolArray | None  # (height, width) not fully opaque; None: no alpha channel
 
 
-def read_image(path: Path, average_alpha: bool, crop: Crop | None = None) -> MapImage:
+def read_image(path: Path, crop: Crop | None = None) -> MapImage:
     """Read PGM (ASCII or binary, up to 16 bits), PNG, BMP or another format of ``_FORMATS``.
 
-    A pixel's shade is the mean of its colour channels, with ``average_alpha`` of its alpha channel
-    too (what nav2_map_server does in trinary mode). Colours of 16 bits per channel are read with 8.
+    A colour's grey is its luma (ITU-R BT.601).
 
     Args:
         path: of the file.
-        average_alpha: whether an alpha channel counts as a colour.
         crop: the part that is read; None: all of it.
 
     Raises:
         MapError: the file is missing, no image, corrupt, truncated or too large.
     """
-    (image,) = read_parts(path, average_alpha, [crop])
+    (image,) = read_parts(path, [crop])
     return image
 
 
-def read_parts(path: Path, average_alpha: bool, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
+def read_parts(path: Path, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
     """The same of several parts of an image, which is unpacked once.
 
     Raises:
@@ -87,7 +84,7 @@ def read_parts(path: Path, average_alpha: bool, crops: Sequence[Crop | None]) ->
             yield from _read_pgm(path, crops)
             return
         with _no_bound_of_pillows():
-            yield from _read_other(path, average_alpha, crops)
+            yield from _read_other(path, crops)
     except OSError as error:
         raise _unreadable(path, error) from None
 
@@ -166,14 +163,19 @@ def _read_pgm(path: Path, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
             f"map image {path}: truncated, {len(values)} of {width} x {height} = {count} pixels"
         )
     whole = values[:count].reshape(height, width)
-    shades = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5) / _QUANTUM
+    read = np.floor(np.arange(largest + 1) * _QUANTUM / largest + 0.5)
+    grey_of = _in_8_bits(read.astype(np.int64))
     for crop in crops:
-        levels = whole
+        part = whole
         if crop is not None:
             left, top, right, bottom = crop.box(height)
-            levels = whole[top:bottom, left:right]
-        levels = np.minimum(levels, largest).astype(np.min_scalar_type(largest))
-        yield MapImage(levels, shades, None)
+            part = whole[top:bottom, left:right]
+        yield MapImage(grey_of[np.minimum(part, largest)], None)
+
+
+def _in_8_bits(quanta: npt.NDArray[np.integer]) -> GreyArray:
+    """GraphicsMagick's channel values as bytes (``ScaleQuantumToChar``)."""
+    return ((quanta + 128) // 257).astype(np.uint8)
 
 
 def _binary_values(body: memoryview, largest: int) -> npt.NDArray[np.integer]:
@@ -190,9 +192,7 @@ def _ascii_values(path: Path, body: bytes) -> npt.NDArray[np.integer]:
     return np.fromstring(text.decode("ascii"), dtype=np.int64, sep=" ")
 
 
-def _read_other(
-    path: Path, average_alpha: bool, crops: Sequence[Crop | None]
-) -> Iterator[MapImage]:
+def _read_other(path: Path, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
     try:
         with Image.open(path, formats=_FORMATS) as image:
             for crop in crops:
@@ -202,7 +202,7 @@ def _read_other(
                 if crop is not None:
                     part = image.crop(crop.box(image.height))
                     part.info = image.info  # has what is transparent
-                yield _convert(part, average_alpha)
+                yield _convert(part)
     except UnidentifiedImageError:
         raise MapError(f"map image {path}: is not an image; expected PGM, PNG or BMP") from None
     except (ValueError, SyntaxError, EOFError, IndexError) as error:
@@ -211,23 +211,14 @@ def _read_other(
         ) from None
 
 
-def _convert(image: Image.Image, average_alpha: bool) -> MapImage:
+def _convert(image: Image.Image) -> MapImage:
     if image.mode in ("F", "I"):
         raise ValueError(f"pixels of mode {image.mode}, where 8 or 16 bits are needed")
     has_alpha = image.mode in ("LA", "PA", "RGBA", "La", "RGBa") or "transparency" in image.info
     if image.mode.startswith("I;16"):
-        return MapImage(
-            np.asarray(image).astype(np.uint16), np.arange(_QUANTUM + 1) / _QUANTUM, None
-        )
-    if image.mode in ("1", "L") and not has_alpha:
-        return MapImage(np.asarray(image.convert("L")), np.arange(256) * 257 / _QUANTUM, None)
-    transparent = None
-    averaged = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
-    if has_alpha:
-        transparent = averaged[..., 3] < 255
-    if not average_alpha:
-        averaged = averaged[..., :3]
-    levels = averaged.sum(axis=-1, dtype=np.uint16)
-    count = averaged.shape[-1]
-    shades = np.arange(255 * count + 1) * 257 / count / _QUANTUM
-    return MapImage(levels, shades, transparent)
+        return MapImage(_in_8_bits(np.asarray(image).astype(np.int64)), None)
+    if not has_alpha:
+        return MapImage(np.asarray(image.convert("L")), None)
+    with_alpha = image.convert("RGBA")
+    transparent = np.asarray(with_alpha.getchannel("A")) < OPAQUE
+    return MapImage(np.asarray(with_alpha.convert("L")), transparent)

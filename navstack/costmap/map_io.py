@@ -1,4 +1,8 @@
-"""Maps on disk: a YAML file and an image, as nav2_map_server of Jazzy has them (``map_io.cpp``)."""
+"""Maps on disk: a YAML file and an image, as nav2_map_server of Jazzy has them (``map_io.cpp``).
+
+That is Jazzy since 1.4.1 and later distributions. Before, transparent pixels of trinary maps were
+averaged in, and thresholds were exclusive.
+"""
 
 import contextlib
 import math
@@ -16,7 +20,6 @@ from ruamel.yaml import YAML
 from navstack.costmap.map_image import (
     MAX_WHOLE,
     Crop,
-    FloatTable,
     MapImage,
     image_size,
     read_image,
@@ -28,6 +31,7 @@ from navstack.params.strict import load_yaml
 from navstack.types import Pose2D
 
 Int8Array = npt.NDArray[np.int8]
+FloatTable = npt.NDArray[np.float32]
 
 RESOLUTIONS = (1e-4, 1e3)  # [m/cell] that make sense
 
@@ -50,8 +54,8 @@ class MapMetadata:
     image: Path
     resolution: float  # [m/cell]
     origin: Pose2D  # of the image's lower left corner in the map frame
-    occupied_thresh: float  # occupancy above it is OCCUPIED
-    free_thresh: float  # occupancy below it is FREE
+    occupied_thresh: float  # occupancy of it and above is OCCUPIED
+    free_thresh: float  # occupancy of it and below is FREE
     negate: bool  # True: bright is occupied
     mode: str  # 'trinary', 'scale' or 'raw'
     crop: Crop | None = None  # the part of the image that is read, which origin is that of
@@ -65,7 +69,7 @@ def load_map(yaml_path: Path | str) -> OccupancyGrid:
             value is out of range.
     """
     metadata = load_metadata(Path(yaml_path))
-    image = read_image(metadata.image, metadata.mode == "trinary", metadata.crop)
+    image = read_image(metadata.image, metadata.crop)
     return _grid(image, metadata)
 
 
@@ -89,14 +93,14 @@ def load_squares(yaml_path: Path, side: int) -> Iterator[tuple[int, int, Occupan
     ]
     squares = [_cropped(metadata, part, yaml_path) for part in parts]
     crops = [Crop(whole.left + left, whole.bottom + bottom, *size) for left, bottom, *size in parts]
-    images = read_parts(metadata.image, metadata.mode == "trinary", crops)
+    images = read_parts(metadata.image, crops)
     for (left, bottom, *_), square, image in zip(parts, squares, images, strict=True):
         yield left // side, bottom // side, _grid(image, square)
 
 
 def _grid(image: MapImage, metadata: MapMetadata) -> OccupancyGrid:
-    cells = _MODES[metadata.mode](image.shades, metadata)[image.levels[::-1]]
-    if metadata.mode == "scale" and image.transparent is not None:
+    cells = _MODES[metadata.mode](metadata)[image.grey[::-1]]
+    if metadata.mode != "raw" and image.transparent is not None:
         cells[image.transparent[::-1]] = UNKNOWN
     return OccupancyGrid(cells, metadata.resolution, metadata.origin)
 
@@ -139,10 +143,8 @@ def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
 
     The YAML file, and a PNG image of the same name beside it.
 
-    Cells are 254 where free, 205 where unknown and 0 where occupied. Differences from map_saver:
-    numbers in the YAML keep all their digits (it keeps three), and free_thresh is 0.196 as in ROS
-    1, because with map_saver's 0.25 its own grey for unknown (205, occupancy 0.196) reads back as
-    free.
+    Cells are 254 where free, 205 where unknown and 0 where occupied. Unlike map_saver's, numbers in
+    the YAML keep all their digits (it keeps three).
 
     Raises:
         MapError: resolution or origin are out of range, or the folder cannot be written.
@@ -245,28 +247,31 @@ def _check_thresholds(metadata: MapMetadata, path: Path) -> None:
         raise MapError(f"{given} must differ in mode scale")
 
 
-def _occupancy(shades: FloatTable, metadata: MapMetadata) -> FloatTable:
+def _occupancies(metadata: MapMetadata) -> FloatTable:
+    """The occupancy of each grey (256,), in single precision as Nav2 has it."""
+    shades = np.arange(256, dtype=np.float32) / np.float32(255.0)
     if metadata.negate:
         return shades
-    return 1.0 - shades
+    return np.float32(1.0) - shades
 
 
-def _read_trinary(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
-    occupancy = _occupancy(shades, metadata)
-    cells = np.full(shades.shape, UNKNOWN, dtype=np.int8)
-    cells[occupancy < metadata.free_thresh] = FREE
-    cells[occupancy > metadata.occupied_thresh] = OCCUPIED
+def _read_trinary(metadata: MapMetadata) -> Int8Array:
+    occupancy = _occupancies(metadata)
+    cells = np.full(occupancy.shape, UNKNOWN, dtype=np.int8)
+    cells[occupancy >= np.float32(metadata.occupied_thresh)] = OCCUPIED
+    cells[occupancy <= np.float32(metadata.free_thresh)] = FREE
     return cells
 
 
-def _read_scale(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
-    cells, span = _read_trinary(shades, metadata), metadata.occupied_thresh - metadata.free_thresh
-    between = np.rint((_occupancy(shades, metadata) - metadata.free_thresh) / span * 100.0)
+def _read_scale(metadata: MapMetadata) -> Int8Array:
+    cells, span = _read_trinary(metadata), metadata.occupied_thresh - metadata.free_thresh
+    above_free = _occupancies(metadata) - np.float32(metadata.free_thresh)
+    between = np.floor(above_free / np.float32(span) * np.float32(100.0) + np.float32(0.5))
     return np.where(cells == UNKNOWN, between, cells).astype(np.int8)
 
 
-def _read_raw(shades: FloatTable, metadata: MapMetadata) -> Int8Array:
-    percent = np.floor(shades * 255.0 + 0.5)  # std::round; negate has no effect on raw values
+def _read_raw(metadata: MapMetadata) -> Int8Array:
+    percent = np.arange(256)  # negate has no effect on raw values
     return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
 
 
@@ -279,7 +284,8 @@ def _paint(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
     return pixels
 
 
-_MODES: dict[str, Callable[[FloatTable, MapMetadata], Int8Array]] = {
+# mode -> the cell of each grey (256,)
+_MODES: dict[str, Callable[[MapMetadata], Int8Array]] = {
     "trinary": _read_trinary,
     "scale": _read_scale,
     "raw": _read_raw,

@@ -82,33 +82,34 @@ def test_modes_negate_and_thresholds(
     assert loaded(tmp_path, [[0, 89, 90, 204, 205, 206, 255]], **changes) == [expected]
 
 
-def test_both_thresholds_are_strict(tmp_path: Path) -> None:
+def test_both_thresholds_are_inclusive(tmp_path: Path) -> None:
     # negated, occupancy is brightness: 50, 51, 153, 154 of 255 around 0.2 and 0.6
     cells = loaded(
         tmp_path,
-        [[50, 51, 153, 154]],
+        [[50, 51, 52, 152, 153, 154]],
         negate="1",
         free_thresh="0.2",
         occupied_thresh="0.6",
     )
-    assert cells == [[0, -1, -1, 100]]
+    assert cells == [[0, 0, -1, -1, 100, 100]]
 
 
-def test_scale_rounds_half_to_even_and_keeps_16_bits(tmp_path: Path) -> None:
-    # thresholds 0 and 0.8 (negated): brightness 1/5, 1/51, and 0.018 + 0.004 k give 25, 2.45 and
-    # 2.25, 2.75 percent
+def test_scale_rounds_half_up_and_has_8_bits(tmp_path: Path) -> None:
+    # thresholds 0 and 0.8 (negated): bytes 51, 4, 5, 5, 6, 7 of 255 in percent of 204
     write_pgm(tmp_path, np.array([[200, 17, 18, 20, 22, 28]]), 1000)
     wide = {"mode": "scale", "negate": "1", "free_thresh": "0.0", "occupied_thresh": "0.8"}
-    assert load_map(write_yaml(tmp_path, **wide)).data.tolist() == [[25, 2, 2, 3, 3, 4]]
-    # thresholds 0 and 1, brightness 1/8 of a 16-bit image's 4-level scale: 12.5 percent exactly, to
-    # even
+    assert load_map(write_yaml(tmp_path, **wide)).data.tolist() == [[25, 2, 2, 2, 3, 3]]
+    # thresholds 0 and 1, brightness 1/8, 3/8 and 5/8: bytes 32, 96 and 159
     write_pgm(tmp_path, np.array([[1, 3, 5]]), 8)
     cells = load_map(write_yaml(tmp_path, **{**wide, "occupied_thresh": "1.0"})).data
-    # GraphicsMagick holds 8191.875 as 8192, 24575.625 as 24576 and 40959.375 as 40959 of 65535
     assert cells.tolist() == [[13, 38, 62]]
+    # 51 of 102: 50 percent; 50 and 52 of 102: 49.02 and 50.98; 1 of 200: exactly a half
+    half = {**wide, "occupied_thresh": repr(200.0 / 255.0)}
+    write_pgm(tmp_path, np.array([[1, 3, 199]]), 255)
+    assert load_map(write_yaml(tmp_path, **half)).data.tolist() == [[1, 2, 100]]
 
 
-def test_alpha_is_averaged_in_trinary_and_unknown_in_scale(tmp_path: Path) -> None:
+def test_transparent_pixels_are_unknown(tmp_path: Path) -> None:
     pixels = [
         [
             (255, 255, 255, 255),
@@ -120,22 +121,20 @@ def test_alpha_is_averaged_in_trinary_and_unknown_in_scale(tmp_path: Path) -> No
     ]
     Image.fromarray(np.array(pixels, dtype=np.uint8)).save(tmp_path / "m.png")
     trinary = load_map(write_yaml(tmp_path, image="m.png", free_thresh="0.25"))
-    # mean brightness with alpha: 1, .75, .25, 0, .999; occupancy 0, .25 (not below .25), .75, 1,
-    # .001
-    assert trinary.data.tolist() == [[0, -1, 100, 100, 0]]
+    assert trinary.data.tolist() == [[0, -1, 100, -1, -1]]
     scale = load_map(write_yaml(tmp_path, image="m.png", mode="scale"))
     assert scale.data.tolist() == [[0, -1, 100, -1, -1]]
     raw = load_map(write_yaml(tmp_path, image="m.png", mode="raw"))
     assert raw.data.tolist() == [[-1, -1, 0, 0, -1]]
 
 
-def test_colours_are_averaged(tmp_path: Path) -> None:
+def test_colours_count_by_their_luma(tmp_path: Path) -> None:
     pixels = np.array(
         [[(255, 0, 0), (255, 255, 0), (205, 205, 205), (255, 255, 200)]], dtype=np.uint8
     )
     Image.fromarray(pixels).save(tmp_path / "m.png")
-    # mean brightness 1/3, 2/3, .804, .928: occupancy .667, .333, .196, .072
-    assert load_map(write_yaml(tmp_path, image="m.png")).data.tolist() == [[100, -1, -1, 0]]
+    # luma 76, 226, 205, 249: occupancy .702, .114, .196, .024
+    assert load_map(write_yaml(tmp_path, image="m.png")).data.tolist() == [[100, 0, -1, 0]]
 
 
 def test_palette_grey_alpha_16_bit_and_1_bit_png(tmp_path: Path) -> None:
@@ -149,8 +148,8 @@ def test_palette_grey_alpha_16_bit_and_1_bit_png(tmp_path: Path) -> None:
         image.save(tmp_path / f"{name}.png")
     assert load_map(write_yaml(tmp_path, image="palette.png")).data.tolist() == [[100, 0, -1]]
     assert load_map(write_yaml(tmp_path, image="deep.png")).data.tolist() == [[100, 0, -1]]
-    # opaque alpha brightens: (205 * 3 + 255) / 4 = 217.5, occupancy .147
-    assert load_map(write_yaml(tmp_path, image="grey_alpha.png")).data.tolist() == [[100, 0, 0]]
+    # an opaque alpha channel changes nothing
+    assert load_map(write_yaml(tmp_path, image="grey_alpha.png")).data.tolist() == [[100, 0, -1]]
     Image.fromarray(grey > 100).save(tmp_path / "bit.png")
     assert load_map(write_yaml(tmp_path, image="bit.png")).data.tolist() == [[100, 0, 0]]
 
