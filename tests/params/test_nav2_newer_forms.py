@@ -71,6 +71,18 @@ def test_the_plugin_of_the_named_group_is_the_motion_model(inspect, given, model
     assert params.AckermannConstraints.min_turning_r == radius
 
 
+def test_a_value_of_the_path_handler_is_changed_where_it_stands(inspect):
+    """Nav2 main reads it there alone; a tuned file must drive as it was tuned."""
+    nav2 = inspect(lines("motion_model: DiffDrive"))
+    name = "controller_server.FollowPath.prune_distance"
+    assert read_mppi(nav2).prune_distance == 2.0
+    tuned = nav2.with_values({name: 1.2})
+    assert read_mppi(tuned).prune_distance == 1.2
+    assert tuned.document.text == nav2.document.text.replace(
+        "prune_distance: 2.0", "prune_distance: 1.2"
+    )
+
+
 def test_a_motion_model_that_is_not_available_is_named(inspect, tmp_path):
     nav2 = inspect(lines("motion_model: mine", 'mine: {plugin: "my_models::Tank"}'))
     (error,) = nav2.errors

@@ -271,7 +271,7 @@ def _checked(document: Document, path: Path, allow_unknown: bool, catalog: Catal
         parameters=parameters,
         visits={node: tuple(findings.visits) for node, findings in found.items()},
         renames={
-            node: {new: old for old, new in findings.renames.items()}
+            node: {**{new: old for old, new in findings.renames.items()}, **findings.moved}
             for node, findings in found.items()
         },
         notices=notices,
@@ -292,11 +292,12 @@ def _check_node(
 ) -> Findings:
     """Check one node, and give its parameters today's names and forms."""
     given = set(entries)
-    forms = convert_older_forms(node, entries) + convert_newer_forms(node, entries)
+    forms, newer = convert_older_forms(node, entries), convert_newer_forms(node, entries)
     findings = Checker(node, catalog).check_node(
         block, ParameterSection.of(entries), node_params(node)
     )
-    findings.notices += forms
+    findings.notices += [*forms, *newer.notices]
+    findings.moved |= newer.moved
     converted = {f"{node}: {name}" for name in entries.keys() - given}
     findings.names = [name for name in findings.names if name.path not in converted]
     findings.apply_renames(entries)

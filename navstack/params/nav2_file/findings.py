@@ -90,6 +90,8 @@ class Findings:
     visits: list[Visit] = field(default_factory=list)
     # dotted name in the file -> today's dotted name
     renames: dict[str, str] = field(default_factory=dict)
+    # today's dotted name -> the one in the file that was put in its place
+    moved: dict[str, str] = field(default_factory=dict)
     names: list[Known] = field(default_factory=list)  # that Nav2 has
 
     def apply_renames(self, entries: dict[str, ParameterEntry]) -> None:

@@ -1,6 +1,7 @@
 """Parameters in the forms of Nav2 main, turned into Jazzy's, which this program reads."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 from navstack.params.mppi import MOTION_MODELS
 from navstack.params.nav2_file.catalog import plugin_type
@@ -22,14 +23,21 @@ _OF_PATH_HANDLER = {
 }
 
 
-def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
-    """Change a node's parameters to Jazzy's forms; a notice of what has none."""
-    if node != CONTROLLER:
-        return []
+class NewerForms(NamedTuple):
+    """What a node's parameters in newer forms came to."""
+
+    notices: list[Notice]  # of what has no form here
+    moved: dict[str, str]  # Jazzy's dotted name -> the one in the file, whose value counts
+
+
+def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> NewerForms:
+    """Change a node's parameters to Jazzy's forms."""
     notices: list[Notice] = []
+    moved: dict[str, str] = {}
+    if node != CONTROLLER:
+        return NewerForms(notices, moved)
     # the one path handler prunes the plan for all, whose own values do not count
     handlers = names_of(entries, "path_handler_plugins")[:1]
-    taken = set()
     for prefix, kind in _controllers(entries):
         if kind == MPPI:
             notices += _convert_motion_model(prefix, entries)
@@ -37,10 +45,10 @@ def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> list[N
             for given in (f"{handler}.{name}" for handler in handlers):
                 if given in entries:
                     entries[f"{prefix}{own}"] = entries[given]
-                    taken.add(given)
-    for given in taken:
+                    moved[f"{prefix}{own}"] = given
+    for given in set(moved.values()):
         del entries[given]
-    return notices
+    return NewerForms(notices, moved)
 
 
 def _controllers(entries: dict[str, ParameterEntry]) -> list[tuple[str, str]]:
