@@ -407,3 +407,22 @@ def test_a_third_partys_plugin_gets_a_way_on_in_lint(inspect):
     (notice,) = [each for each in inspect(text).notices if each.id == "unknown-plugin"]
     assert "did you mean" not in notice.message
     assert "--substitute FollowPath=dwb_core::DWBLocalPlanner" in notice.advice
+
+
+def test_what_a_monitor_needs_to_start_is_told(inspect):
+    """Nav2 declares these without a default, and throws."""
+    zone = "Slow: {type: velocity_polygon, action_type: stop, velocity_polygons: [fast], fast: "
+    body = "collision_monitor:\n  ros__parameters:\n    polygons: [Slow]\n    " + zone
+    shape = 'points: "[[1, 1], [1, -1], [-1, -1], [-1, 1]]"'
+    given = body + f"{{{shape}, linear_min: 0.0, linear_max: 1.0, theta_max: 1.0}}}}\n"
+    missing = [each for each in inspect(given).notices if each.id == "missing-value"]
+    assert [each.path for each in missing] == [
+        "collision_monitor: observation_sources",
+        "collision_monitor: Slow.fast.theta_min",
+    ]
+    assert all(each.line == 3 and not each.is_error for each in missing)
+    whole = (
+        given.replace("linear_min", "theta_min: -1.0, linear_min") + "    observation_sources: []\n"
+    )
+    assert not [each for each in inspect(whole).notices if each.id == "missing-value"]
+    assert not [each for each in inspect(DWB).notices if each.id == "missing-value"]

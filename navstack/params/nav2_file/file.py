@@ -26,6 +26,7 @@ from navstack.params.nav2_file.footprints import footprint_notices
 from navstack.params.nav2_file.merged import dump, merged
 from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
+    MONITOR,
     default_path,
     entries_of,
     in_file,
@@ -54,6 +55,7 @@ from navstack.params.nav2_file.ros_yaml import (
 )
 from navstack.params.nav2_file.sources import (
     data_type_notices,
+    missing_of_monitor,
     monitor_notices,
     source_notices,
 )
@@ -326,6 +328,8 @@ def _notices(
         *source_notices(parameters),
         *data_type_notices(parameters),
     ]
+    if in_file(document, MONITOR):
+        notices += missing_of_monitor(parameters[MONITOR])
     for node, entries in parameters.items():
         notices += value_notices(node, entries, found[node].visits)
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))

@@ -1,13 +1,13 @@
 """Observation sources that read the robot's one planar scan in place of a sensor of their own."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 
 from navstack.errors import did_you_mean
 from navstack.params.collision_monitor import OTHER_SOURCES
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.findings import Notice, Parameters, names_of, value_of
 from navstack.params.nav2_file.nodes import COSTMAPS, MONITOR
-from navstack.params.nav2_file.ros_yaml import is_placeholder
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.registry.nodes import DEFAULT_LAYERS
 
 OBSTACLE_LAYER = "nav2_costmap_2d::ObstacleLayer"  # a VoxelLayer has a notice of its own
@@ -16,6 +16,7 @@ LAYERS_WITH_SOURCES = (
     "nav2_costmap_2d::VoxelLayer",
     "spatio_temporal_voxel_layer::SpatioTemporalVoxelLayer",
 )
+_OF_VELOCITY_POLYGONS = ("linear_min", "linear_max", "theta_min", "theta_max")
 DATA_TYPES = ("LaserScan", "PointCloud2")  # others Nav2 refuses (``obstacle_layer.cpp``)
 
 
@@ -90,3 +91,19 @@ def monitor_notices(parameters: Parameters) -> list[Notice]:
             continue
         notices.append(Notice("substitute", f"{MONITOR}: {name}", message, line=kind.line))
     return notices
+
+
+def missing_of_monitor(entries: Mapping[str, ParameterEntry]) -> Iterator[Notice]:
+    """What a collision monitor lacks of that which Jazzy declares without a default.
+
+    Of ``polygons`` Humble has one: none of them.
+    """
+    lines = [entry.line for entry in entries.values() if entry.line]
+    needed = ["polygons", "observation_sources"]
+    for zone in names_of(entries, "polygons"):
+        for shape in names_of(entries, f"{zone}.velocity_polygons"):
+            needed += [f"{zone}.{shape}.{key}" for key in _OF_VELOCITY_POLYGONS]
+    for name in needed:
+        if name not in entries:
+            message = "is missing; Nav2's collision monitor does not start without it"
+            yield Notice("missing-value", f"{MONITOR}: {name}", message, line=min(lines, default=0))
