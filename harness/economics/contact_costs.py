@@ -99,6 +99,12 @@ def turning_impulse(prices: Prices) -> float:
     return float(_SPEEDS[injury_cost(_SPEEDS, prices).argmax()]) * prices.robot_mass.value
 
 
+def forgives(prices: Prices) -> bool:
+    """Whether the hardest contacts with people cost less than softer ones."""
+    costs = injury_cost(_SPEEDS, prices)
+    return bool(costs[-1] < 0.5 * costs.max())
+
+
 @lru_cache(maxsize=8)
 def _beyond_peak(prices: Prices) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
     """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s].

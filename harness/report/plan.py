@@ -159,7 +159,8 @@ def draw_plan(
     for number, answer in enumerate(answers):
         if answer.path is not None:
             label = f"{answer.planner}, {answer.path.length:.1f} m"
-            colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
+            colour = COLOURS[number % len(COLOURS)]
+            style = STYLES[(number + number // len(COLOURS)) % len(STYLES)]
             axes.plot(
                 *answer.path.poses[:, :2].T,
                 color=colour,

@@ -18,6 +18,7 @@ from harness.statistics.interval import Interval
 from harness.study.stored_run import StoredRun
 
 TITLES = TEXTS.accountings
+NO_CARGO, TOO_FEW = "the cargo was not simulated", "too many deliveries have no result"
 NO_MARGIN = (
     f"no margin: more than {MOST_LEFT_OUT:.0%} of the deliveries have no result; drive them again "
     "with navbench run --resume DIR --retry-errors"
@@ -56,7 +57,8 @@ def goes_with(choices: Choices) -> str:
 
 def _lines(result: Repriced) -> Iterator[str]:
     """What is to be said of one stack."""
-    yield forgiven(result.forgiven)
+    is_short = has_too_few(len(result.stack.rows), result.stack.errors)
+    yield forgiven(result.forgiven, TOO_FEW if is_short else "")
     yield (
         f"{_share_text(result.turned)} counted contacts with people are beyond the peak of the "
         f"published cost, {result.turn_ns:,.0f} N s"
@@ -65,10 +67,10 @@ def _lines(result: Repriced) -> Iterator[str]:
         f"{_share_text(result.beyond_limit)} contacts with people are beyond the limit of "
         f"ISO/TS 15066 for a lower leg, closing at {result.limit_mps:.2f} m/s"
     )
-    yield risk_text(result.valuation.risk)
+    yield risk_text(result.valuation.risk, is_short)
     if result.stack.errors:
         yield f"{counted(result.stack.errors, 'delivery')} ended in an error, left out"
-    if has_too_few(len(result.stack.rows), result.stack.errors):
+    if is_short:
         yield NO_MARGIN
     for name, term in result.valuation.terms.items():
         yield (
@@ -107,13 +109,13 @@ def _price_set_row(name: str, each: UnderSet, stacks: Sequence[str], key: str) -
     return [name, TITLES[choices.prices.accounting], terms, *money]
 
 
-def forgiven(difference: Interval | None) -> str:
+def forgiven(difference: Interval | None, why: str = "") -> str:
     """How much the published rule does not charge for, in one line.
 
-    By how much its margin is above monotone's.
+    By how much its margin is above monotone's; ``why`` it is unknown, if it is.
     """
     if difference is None or difference.value is None:
-        return "what the published rule forgives is undefined, because the cargo was not simulated"
+        return f"what the published rule forgives is undefined, because {why or NO_CARGO}"
     return (
         f"the published rule forgives {interval_text(difference)} $ a delivery (n = "
         f"{difference.n}): injuries beyond "
@@ -127,8 +129,8 @@ def _share_text(share: Interval) -> str:
     return f"{round(share.value * share.n)} of {share.n} ({interval_text(share, 3)})"
 
 
-def risk_text(risk: Risk) -> str:
-    """The risk in one line."""
+def risk_text(risk: Risk, is_short: bool = False) -> str:
+    """The risk in one line; ``is_short``: too many deliveries have no result to tell a margin."""
     worst = risk.opex_cvar95_usd_per_run
     if worst is None:
         return (
@@ -140,6 +142,8 @@ def risk_text(risk: Risk) -> str:
         text += " (too few, or all alike: no interval)"
     if risk.break_even_probability is None:
         why = "all deliveries earned the same, so nothing is known of rare ones"
+        if is_short:
+            why = TOO_FEW
         return f"{text}; chance of break-even undefined: {why}"
     return (
         f"{text}; breaks even within the robot's life of {risk.within_runs:,.0f} runs with "

@@ -83,12 +83,13 @@ def _stack_lines(result: StackResult, study: Study, prices: Prices) -> Iterator[
     if runs is not None and runs > prices.robot_life_runs:
         life = f"{prices.robot_life_runs:,.0f}"
         yield f"{name}: breaks even only beyond the robot's life of {life} runs"
-    yield f"{name}: {risk_text(result.valuation.risk)}"
+    is_short = has_too_few(result.episodes, result.errors)
+    yield f"{name}: {risk_text(result.valuation.risk, is_short)}"
     speed = f"{name}: {speed_text(result, study.workers)}"
     if result.errors:
         speed += f"; {result.errors} ended in an error"
     yield speed
-    if has_too_few(result.episodes, result.errors):
+    if is_short:
         yield f"{name}: {NO_MARGIN}"
     if result.failures:
         yield (

@@ -12,7 +12,7 @@ from harness.report.markdown import table
 from harness.report.numbers import interval_text
 from harness.report.published import load_published
 from harness.statistics.interval import Interval, wilson_interval
-from harness.statistics.paired import holm
+from harness.statistics.paired import holm, together
 from harness.study.stored_run import StoredRun, load_run
 from harness.world.outcome import OUTCOMES
 from tools.frozen_world.cells import EARNING, GEOMETRY, METHODS, PLACES, Cell
@@ -160,7 +160,7 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
         if other in driven
     }
     found = {cell: pair.differences["contribution_margin"].paired for cell, pair in pairs.items()}
-    adjusted = dict(zip(found, holm([each.p for each in found.values()]), strict=True))
+    adjusted = dict(zip(found, together(list(found.values())), strict=True))
     lines = []
     for cell in cells:
         outcomes, means = driven[cell].outcomes, driven[cell].came_to.intervals
@@ -175,7 +175,8 @@ def earnings(driven: dict[Cell, Delivered]) -> str:
         texts += [interval_text(means["contribution_margin"], 2), interval_text(admitting, 2)]
         paired = "--"
         if cell in found:
-            paired = f"{interval_text(found[cell].difference, 2)}, {p_text(adjusted[cell])}"
+            each = adjusted[cell]
+            paired = f"{interval_text(each.difference, 2)}, {p_text(each.p_holm)}"
         lines.append([cell.place, cell.stack, *texts, paired])
     heading = ["SLA", "contacts per 1000 km", "injuries [USD]", "margin [USD]"]
     heading += ["admitting an unseen loss", f"minus {EARNING[0]} [USD], p (Holm)"]

@@ -9,9 +9,9 @@ import platform
 import shlex
 from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
+from harness.economics.contact_costs import forgives
 from harness.economics.price import price_keys
 from harness.report.page.entries import PageEntry
 from harness.report.short.setup import people_of
@@ -27,11 +27,14 @@ def basis(entries: Sequence[PageEntry], notes: Sequence[str]) -> Json:
         entries: the stacks of the page.
         notes: what else is to be known of this page.
     """
-    runs: dict[Path, list[PageEntry]] = {}
+    runs: dict[tuple[str, ...], list[PageEntry]] = {}
     for entry in entries:
-        runs.setdefault(entry.run.folder.resolve(), []).append(entry)
+        about = entry.run.about  # stacks of one folder may have been driven by other commands
+        driven = entry.run.folder.resolve(), about.get("command"), about.get("versions")
+        runs.setdefault(tuple(map(str, driven)), []).append(entry)
     return {
-        "runs": [_run(of_run[-1].run, of_run) for of_run in runs.values()],
+        "runs": [_run(of_run[0].run, of_run) for of_run in runs.values()],
+        "isForgiving": any(forgives(entry.prices) for entry in entries),
         "prices": _prices(entries),
         "notes": list(notes),
         "made": {"navbench": version("navbench"), "python": platform.python_version()},

@@ -89,7 +89,7 @@ def _comparison(
                 "a": entry.first,
                 "b": entry.second,
                 "difference": interval_ends(span),
-                "p": entry.paired.p,
+                "p": entry.paired.p_holm,
                 "needed": entry.paired.needed,
                 "better": winner(entry, first.label, second.label),
                 "first": key in FOREMOST,

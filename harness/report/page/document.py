@@ -22,7 +22,15 @@ from harness.report.page.deliveries import contacts_of, delivery_list, missions_
 from harness.report.page.entries import PageEntry, entries_of, notes_of
 from harness.report.page.markdown_blocks import sections
 from harness.report.page.recording_code import FINE
-from harness.report.page.replays import Again, Recorded, chosen, recorded_of, replay, trajectories
+from harness.report.page.replays import (
+    Again,
+    Recorded,
+    chosen,
+    has_dearest,
+    recorded_of,
+    replay,
+    trajectories,
+)
 from harness.report.page.scenery import sceneries
 from harness.report.page.sections import figures
 from harness.storage.files import write_text, writing
@@ -32,6 +40,7 @@ from navstack.params.strict import read_text
 Json = dict[str, Any]
 
 MOST_REPLAYS = 40  # of a study's page
+REEL = 3  # deliveries that play side by side
 
 SCRIPTS = (
     "core.js",
@@ -73,7 +82,8 @@ def report_page(
     """
     entries = entries_of(runs)
     readable, ways, troubles = trajectories(recorded_of(entries, again))
-    replays = [replay(each) for each in chosen(readable, most_replays)]
+    carried = chosen(readable, most_replays)
+    replays = [replay(each) for each in carried]
     scenery, notes = sceneries(entries)
     notes += [*notes_of(runs), *more_notes]
     left = len(readable) - len(replays)
@@ -94,6 +104,7 @@ def report_page(
         missions=missions_of(entries),
         contacts=contacts_of(entries),
         trajectories=ways,
+        hasDearest=has_dearest(carried, entries, REEL),
         basis=basis(entries, [*notes, *troubles]),
     )
 

@@ -22,6 +22,7 @@ from harness.metrics.columns import Row
 from harness.report.numbers import all_of
 from harness.report.page.origin import Place, page_origin
 from harness.report.paper_tables import Column, own_column
+from harness.report.repriced import NO_CARGO, TOO_FEW
 from harness.report.short.run import admitting_unseen
 from harness.study.stored_run import StoredRun, StoredStack
 from navstack.errors import InputError
@@ -69,12 +70,17 @@ class PageEntry:
         return has_too_few(len(self.stack.rows), self.stack.errors)
 
     @property
+    def no_margin(self) -> str:
+        """Why nothing is said of the mean margin; empty: it is known."""
+        if self.margin is None:
+            return NO_CARGO
+        return TOO_FEW if self.has_too_few else ""
+
+    @property
     def no_draws(self) -> str:
         """Why the mean margin has no bootstrap; empty: it has one."""
-        if self.margin is None:
-            return "the cargo was not simulated"
-        if self.has_too_few:
-            return "too many deliveries have no result"
+        if self.margin is None or self.has_too_few:
+            return self.no_margin
         if tells_of_rare(self.margin, missions(self.stack.rows)):
             return ""
         if np.ptp(self.margin) <= CENT:

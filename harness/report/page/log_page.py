@@ -1,5 +1,6 @@
 """A recorded drive as a page: its costs, its events, and its replay on the map."""
 
+import dataclasses
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -115,11 +116,13 @@ def _replay(
         "footprint": robot.polygon.tolist(),
         "personRadius": person_radius,
         "contacts": [
-            _contact(each, first, origin) for each in cost.events if each.kind == "contact"
+            _contact(each, first, origin)
+            for each in cost.events
+            if each.kind == "contact" and each.stamp >= first
         ],
         "money": dict.fromkeys(("revenue", "opex", "contribution_margin", *COST_LABELS))
         | {term: rounded(value, 4) for term, value in cost.terms.items()},
-        "reasons": [_reason(each, first) for each in cost.events],
+        "reasons": [_reason(each, first) for each in cost.events if each.stamp >= first],
         "history": "",
         "data": encode(arrays, FINE),
     }
@@ -142,10 +145,12 @@ def _contact(event: DriveEvent, first: float, origin: Place) -> list[Any]:
 
 
 def _reason(event: DriveEvent, first: float) -> Json:
+    """An event in words, by the replay's clock, which begins with the first pose."""
+    shown = dataclasses.replace(event, stamp=event.stamp - first)
     return {
-        "time": rounded(event.stamp - first, 2),
+        "time": rounded(shown.stamp, 2),
         "cost": event.cost or 0.0,
-        "words": event_line(event),
+        "words": event_line(shown),
     }
 
 

@@ -35,6 +35,7 @@ class Recorded:
     entry: PageEntry
     index: int  # of its row among the entry's
     path: Path
+    is_again: bool = False  # driven again for this page, as one of the dearest
 
     @property
     def row(self) -> Json:
@@ -44,10 +45,21 @@ class Recorded:
     @property
     def loss(self) -> float:
         """What it lost [USD]; what earns most comes last."""
-        margin = self.entry.margin
-        if margin is None:
-            return 0.0
-        return -float(margin[self.index])
+        return losses(self.entry)[self.index]
+
+
+def losses(entry: PageEntry) -> list[float]:
+    """What each delivery of a stack lost [USD]: without cargo what its contacts cost."""
+    if entry.margin is not None:
+        return [-float(margin) for margin in entry.margin]
+    return [row["pedestrian_injury_usd"] or 0.0 for row in entry.stack.rows]
+
+
+def has_dearest(recorded: Sequence[Recorded], entries: Sequence[PageEntry], number: int) -> bool:
+    """Whether the dearest so many deliveries of all are among those that are recorded."""
+    of_all = sorted((loss for entry in entries for loss in losses(entry)), reverse=True)
+    of_recorded = sorted((each.loss for each in recorded), reverse=True)
+    return of_recorded[:number] == of_all[: min(number, len(of_recorded))]
 
 
 # recordings of deliveries that were driven again: folder of the run, stack, episode -> file
@@ -62,24 +74,24 @@ def recorded_of(entries: Sequence[PageEntry], again: Again | None = None) -> lis
         if Path(name).name != name:
             continue
         for index, row in enumerate(entry.stack.rows):
-            path = (again or {}).get((folder, name, row["episode"]))
-            path = path or recording_of(entry, row["episode"])
+            driven = (again or {}).get((folder, name, row["episode"]))
+            path = driven or recording_of(entry, row["episode"])
             if path.is_file():
-                found.append(Recorded(number, entry, index, path))
+                found.append(Recorded(number, entry, index, path, driven is not None))
     return found
 
 
 def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
-    """At most that many of them: stacks take turns, each with its costliest first.
+    """At most that many of them, in the page's order.
 
-    Then in the page's order.
+    First those that were driven again for it; then stacks take turns, each with its costliest.
     """
     turns: Counter[int] = Counter()  # of each stack so far
-    queue: list[tuple[int, int, Recorded]] = []
+    queue: list[tuple[bool, int, Recorded]] = []
     for each in sorted(recorded, key=lambda each: (-each.loss, each.row["episode"])):
-        queue.append((turns[each.number], each.number, each))
+        queue.append((not each.is_again, turns[each.number], each))
         turns[each.number] += 1
-    queue.sort(key=lambda waiting: waiting[:2])
+    queue.sort(key=lambda waiting: waiting[:2])  # of one turn the costliest first
     taken = [each for _, _, each in queue[:most]]
     return sorted(taken, key=lambda each: (each.number, each.index))
 
@@ -96,6 +108,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "episode": row["episode"],
         "map": entry.map_label,
         "outcome": row["outcome"],
+        "loss": rounded(recorded.loss, 4),
         "duration": rounded(row["duration_s"]),
         "start": [row["start_x_m"] - entry.origin[0], row["start_y_m"] - entry.origin[1]],
         "goal": [row["goal_x_m"] - entry.origin[0], row["goal_y_m"] - entry.origin[1]],

@@ -56,6 +56,9 @@ def figures(entries: Sequence[PageEntry]) -> Json:
         "accountings": accountings(entries, known),
         "outcomes": outcomes(entries),
         "profit": profit(entries),
+        "noProfit": [
+            {"label": entry.label, "why": entry.no_margin} for entry in entries if entry.no_margin
+        ],
         "breakEven": break_even(entries),
         "noBreakEven": [
             {"label": entry.label, "why": entry.no_draws} for entry in entries if entry.no_draws
@@ -84,7 +87,7 @@ def headline(entries: Sequence[PageEntry], known: Accounted) -> Json:
 def _setup(entries: Sequence[PageEntry]) -> list[str]:
     """What drove where, and what of that is not as in the paper: up to three lines for each run."""
     lines: list[str] = []
-    for run in {entry.run.folder: entry.run for entry in entries}.values():
+    for run in {id(entry.run): entry.run for entry in entries}.values():
         lines += [setup_line(run), unlike_line(unlike_published(run))]
         lines.append(robot_price_line(run, run.prices()))
     return list(dict.fromkeys(filter(None, lines)))
@@ -164,8 +167,12 @@ def waterfall(entries: Sequence[PageEntry]) -> list[Json]:
             "terms": [[title, column.values[term]] for term, title in COST_LABELS.items()],
             "margin": _quantity(column, "contribution_margin"),
             "paper": column.published,
+            "why": why,
         }
-        for column in (*(entry.column for entry in entries), _published(entries)[0])
+        for column, why in (
+            *((entry.column, entry.no_margin) for entry in entries),
+            (_published(entries)[0], ""),
+        )
     ]
 
 
@@ -184,7 +191,7 @@ def accountings(entries: Sequence[PageEntry], known: Accounted) -> Json | None:
         for name in SHOWN
     ]
     lines = [
-        f"{entry.label}: {forgiven(each.get(FORGIVEN))}."
+        f"{entry.label}: {forgiven(each.get(FORGIVEN), entry.no_margin)}."
         for entry, each in zip(entries, known, strict=True)
     ]
     return {"notes": [*notes("accountings"), *lines], "rows": rows}

@@ -1,6 +1,6 @@
 """Touches of people that no price counts, on the screen of a run: none of its rows shows them."""
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Hashable
 
 from harness.economics.accountings import COUNTED, EVENT, PERSON
@@ -12,21 +12,24 @@ from harness.world.world_params import WorldParams
 from navstack.params.strict import load_dataclass
 
 
-def uncounted_touches(run: StoredRun) -> Counter[str]:
-    """How often robots and people touched without a counted contact, by stack."""
+def uncounted_touches(run: StoredRun) -> dict[str, list[float]]:
+    """Touches of robots and people without a counted contact, by stack.
+
+    Of each the most [N s] of a physics step, all its points together.
+    """
     counted: dict[Hashable, list[tuple[float, Hashable]]] = defaultdict(list)
     for event in run.events:
         if event["type"] == COUNTED and event["partner"] == PERSON:
             delivery = event["stack"], event["episode"]
             counted[delivery].append((event["stamp_s"], event["partner_id"]))
-    found: Counter[str] = Counter()
+    found: dict[str, list[float]] = defaultdict(list)
     for event in run.events:
         if event["type"] != EVENT or event["partner"] != PERSON:
             continue
         delivery = event["stack"], event["episode"]
         when = event["stamp_s"], event["duration_s"] or 0.0
         if not was_counted(*when, event["partner_id"], counted[delivery]):
-            found[event["stack"]] += 1
+            found[event["stack"]].append(event["peak_step_impulse_ns"] or 0.0)
     return found
 
 
@@ -39,9 +42,17 @@ def touches_line(run: StoredRun) -> str:
     least = load_dataclass(WorldParams, parameters / "world.yaml").contacts.counted_impulse
     robots = [parameters / f"{stack.name}-robot.yaml" for stack in run.stacks]
     masses = {load_dataclass(RobotParams, robot).mass for robot in robots if robot.is_file()}
-    told = ", ".join(f"{stack.name} {touches[stack.name]}" for stack in run.stacks)
-    text = f"touches of people that do not count, below {least:g} N s in a step: {told}"
+    told = ", ".join(f"{stack.name} {len(touches.get(stack.name, ()))}" for stack in run.stacks)
+    peaks = [peak for own in touches.values() for peak in own]
+    soft = f"below {least:g} N s in a step"
     if len(masses) == 1:
         (mass,) = masses
-        text += f"; that is {least / mass:.1f} m/s of a robot of {mass:g} kg"
-    return text
+        soft += f", {least / mass:.1f} m/s of a robot of {mass:g} kg"
+    text = f"touches of people that do not count: {told}"
+    hard = sum(peak >= least for peak in peaks)
+    if not hard:
+        return f"{text}; all {soft}"
+    return (
+        f"{text}; {len(peaks) - hard} {soft}, the others up to {max(peaks):.0f} N s: no point of "
+        "them counts, or they come right after one that does"
+    )

@@ -27,6 +27,7 @@ SMALL = 6.5  # [pt] of numbers beside the lines
 EARNS, LOSES, OPEN = "#0072b2", "#d55e00", "#8a8a8a"
 PALETTE = ("#0072b2", "#e69f00", "#8a8a8a", "#d55e00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7")
 COST_COLOURS = tuple(islice(cycle(PALETTE), len(COST_LABELS)))
+ARRIVED_COLOUR = "#56b4e9"
 OUTCOME_COLOURS = ("#009e73", "#e69f00", "#8a8a8a", "#d55e00")
 # [USD] a margin below the first makes the axis logarithmic beyond the second
 FAR, LINEAR = -100.0, 10.0
@@ -175,7 +176,11 @@ def _costs(figure: "Figure", results: Results) -> None:
 
 def _outcomes(figure: "Figure", results: Results) -> None:
     def line(axes: "Axes", place: int, standing: Standing) -> None:
-        _stack(axes, place, [standing.interval(key).value for key in OUTCOMES], OUTCOME_COLOURS)
+        shares = [standing.interval(key).value for key in OUTCOMES]
+        arrived = 0.0
+        if shares[0] is None and standing.n:  # without cargo none is in time and intact, or spoiled
+            arrived = 1.0 - sum(share or 0.0 for share in shares)
+        _stack(axes, place, [*shares, arrived], (*OUTCOME_COLOURS, ARRIVED_COLOUR))
 
     def compliance(each: Standing) -> str:
         share = each.interval("sla").value
@@ -187,7 +192,11 @@ def _outcomes(figure: "Figure", results: Results) -> None:
         figure, results, line, compliance, "share of deliveries; beside each: in time and intact"
     )
     panels[0].set_xlim(0.0, 1.0)
-    _legend(figure, panels[0], tuple(OUTCOMES.values()), OUTCOME_COLOURS)
+    titles: tuple[str, ...] = tuple(OUTCOMES.values())
+    colours: tuple[str, ...] = OUTCOME_COLOURS
+    if any(each.n and each.interval("sla").value is None for each in results.standings):
+        titles, colours = (*titles, "arrived, without cargo"), (*colours, ARRIVED_COLOUR)
+    _legend(figure, panels[0], titles, colours)
 
 
 def _break_even(figure: "Figure", results: Results) -> None:

@@ -3,7 +3,7 @@ const OUTCOMES = {
   sla: ['delivered intact, in time', '--sla'], arrived: ['arrived', '--arrived'], spoiled: ['food spoiled', '--spoiled'],
   timeout: ['too late', '--timeout'], physical_assistance: ['physical assistance', '--physical'],
 };
-const UNDEFINED = 'undefined: the cargo was not simulated';
+const undefinedFor = each => `undefined: ${each.why}`;
 const BRIEF = { sla: 'in time', arrived: 'arrived', spoiled: 'spoiled', timeout: 'late', physical_assistance: 'assistance' };
 const outcomeName = key => (OUTCOMES[key] || [key.replaceAll('_', ' ')])[0];
 
@@ -50,7 +50,7 @@ function waterfallPanels() {
   const panel = (each, number) => {
     const low = Math.min(...scaleOf(each)), high = Math.max(...scaleOf(each));
     return h('div', {}, h('h3', {}, !each.paper && h('span', { class: 'dot', tint: tint(number) }), each.label),
-      figure(`${each.label}: from revenue to margin: ${steps(each).map(step => `${step.name} ${usd(step.value)}`).join(', ') || UNDEFINED}`,
+      figure(`${each.label}: from revenue to margin: ${steps(each).map(step => `${step.name} ${usd(step.value)}`).join(', ') || undefinedFor(each)}`,
         width => waterfall(each, width, low, high)));
   };
   return [h('div', { class: 'panels' }, DATA.waterfall.map(panel)),
@@ -70,7 +70,7 @@ function waterfall(each, width, low, high) {
   const rows = steps(each), row = 25, left = 86, right = 68;
   const height = rows.length * row + 24, x = linear(low, high, left, width - right);
   const picture = s('svg', { width, height });
-  if (!rows.length) return fill(picture, {}, [s('text', { x: 0, y: 16, class: 't' }, UNDEFINED)]);
+  if (!rows.length) return fill(picture, {}, [s('text', { x: 0, y: 16, class: 't' }, undefinedFor(each))]);
   const count = Math.max(3, (width - left - right) / 48), decimals = Math.max(0, Math.ceil(-Math.log10(tickStep(low, high, count)) - 1e-9));
   for (const tick of ticks(low, high, count)) {
     picture.append(s('line', { x1: x(tick), x2: x(tick), y1: 0, y2: height - 20, class: tick ? 'grid' : 'axis' }),
@@ -106,9 +106,11 @@ function outcomeBars() {
     DATA.outcomes.forEach((each, k) => {
       let x = 0;
       const y = k * row;
-      picture.append(s('text', { x: 0, y: y + 13, class: each.paper ? 't' : 'b' }, each.label),
-        s('text', { x: width, y: y + 13, 'text-anchor': 'end', class: 't' },
-          `n = ${num(each.n)}${each.errors ? `, ${each.errors} errors` : ''}`));
+      const count = `n = ${num(each.n)}${each.errors ? `, ${each.errors} ${each.errors === 1 ? 'error' : 'errors'}` : ''}`;
+      const room = Math.floor((width - 7 * count.length) / 7.5);  // characters, at most so wide
+      const label = each.label.length > room ? `${each.label.slice(0, Math.max(room - 1, 1))}…` : each.label;
+      picture.append(s('text', { x: 0, y: y + 13, class: each.paper ? 't' : 'b', 'data-tip': each.label }, label),
+        s('text', { x: width, y: y + 13, 'text-anchor': 'end', class: 't' }, count));
       for (const kind of kinds) {
         const size = width * (each.shares[kind] || 0);
         if (size > 0) picture.append(s('rect', { x, y: y + 20, width: Math.max(size - (size > 3 ? 1 : 0), 1), height: 15, rx: 1.5,

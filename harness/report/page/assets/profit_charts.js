@@ -1,14 +1,14 @@
 // Profit over deliveries, and when the robot has paid for itself.
 function profitCurves() {
-  const curves = DATA.profit;
-  if (!curves.length) return h('p', { class: 'note' }, 'Undefined: the cargo was not simulated.');
+  const curves = DATA.profit, without = DATA.noProfit.map(each => h('p', { class: 'note' }, `${each.label}: undefined, ${each.why}.`));
+  if (!curves.length) return without;
   const colour = each => tint(DATA.entries.findIndex(entry => entry.label === each.label));
   const told = each => `${usd(each.sum.at(-1), 0)} after ${num(each.k.at(-1))}`
     + (each.low ? `, 95 % of resampled ${usd(each.low.at(-1), 0)} to ${usd(each.high.at(-1), 0)}` : '');
   const label = `Profit summed over deliveries: ${curves.map(each => `${each.label} ${told(each)}`).join('; ')}`;
   const legend = h('div', { class: 'legend' }, curves.map(each =>
     h('span', {}, h('span', { class: 'key', tint: colour(each) }), `${each.label}: ${told(each)}`)));
-  return [legend, figure(label, width => {
+  return [legend, without, figure(label, width => {
     const height = Math.min(360, Math.max(250, width * .55)), left = 52, right = 12, top = 10, bottom = 38;
     const last = Math.max(...curves.map(each => each.k.at(-1)));
     const ends = curves.flatMap(each => [...(each.low || []), ...(each.high || []), ...each.sum, 0]);

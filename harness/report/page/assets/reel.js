@@ -5,8 +5,7 @@ const REEL_METRES = 16;  // that a view shows
 const CALM = matchMedia('(prefers-reduced-motion: reduce)').matches;
 
 function reel(open) {
-  const loss = each => each.money.contribution_margin ?? 0;
-  const numbers = [...DATA.replays.keys()].sort((a, b) => loss(DATA.replays[a]) - loss(DATA.replays[b])).slice(0, REEL);
+  const numbers = [...DATA.replays.keys()].sort((a, b) => DATA.replays[b].loss - DATA.replays[a].loss).slice(0, REEL);
   if (!numbers.length) return null;
   const views = numbers.map(number => reelView(number, open));
   const state = { playing: !CALM, last: 0 };
@@ -26,9 +25,11 @@ function reel(open) {
 
 function reelTitle(numbers) {
   const lost = facts => !['sla', 'arrived'].includes(facts.outcome) || facts.contacts.some(([, , , , , cost, counted]) => counted && cost > 0);
-  const [many, several] = [`${numbers.length} `, numbers.length > 1];
-  if (numbers.some(number => lost(DATA.replays[number]))) return several ? `The ${many}dearest deliveries` : 'The dearest delivery';
-  return `Nothing was lost: the ${several ? `${many}deliveries` : 'delivery'} that earned least`;
+  const several = numbers.length > 1, recorded = DATA.hasDearest ? '' : 'recorded ';
+  const them = several ? `${numbers.length} ` : '', noun = several ? 'deliveries' : 'delivery';
+  if (numbers.some(number => lost(DATA.replays[number]))) return `The ${them}dearest ${recorded}${noun}`;
+  if (numbers.every(number => !isNumber(DATA.replays[number].money.contribution_margin))) return `Without cargo and without a loss: ${several ? numbers.length : 'one'} ${recorded}${noun}`;
+  return `Nothing was lost: the ${them}${recorded}${noun} that earned least`;
 }
 
 function reelView(number, open) {

@@ -43,7 +43,7 @@ class Recording {
     this.bill = [
       ['refund', facts.money.service_compensation], ['repair', facts.money.repair], ['electricity', facts.money.electricity],
     ].filter(each => each[1] > 0).map(([name, cost]) => ({ time: this.settled, name, cost }));
-    const hasFailed = !['sla', 'arrived'].includes(facts.outcome);
+    const hasFailed = !['sla', 'arrived', 'end_of_the_log'].includes(facts.outcome);
     const ended = hasFailed && !facts.reasons.length ? [this.settled] : [];  // otherwise the reasons tell of it
     this.stops = [...new Set([...this.costed.map(each => each[2]), ...facts.reasons.map(each => each.time), ...ended])].sort((a, b) => a - b);
     this.events = [...this.costed.map(each => ({ time: each[2], name: each[3].replaceAll('_', ' '), cost: each[5] })), ...this.bill];
