@@ -34,7 +34,6 @@ from navstack.localization.localizer import Localizer
 from navstack.navigator import Navigator
 from navstack.params.expected_cost import DeliveryPrices
 from navstack.params.nav2_file.file import Nav2File
-from navstack.params.tracker import TrackerParams
 from navstack.types import BoolArray, FloatArray, Path, Pose2D
 
 CLOSING_SPEEDS = np.arange(6.0)  # [m/s] at which contacts are priced
@@ -88,9 +87,7 @@ def navigator_on(
     stops = stack.when_lost == "stop"
     tracker = None
     if stack.tracker == TRUTH:
-        tracker = GroundTruthTracker(
-            lambda: world.truth.pedestrians, nav2.read(TrackerParams, "tracker").body_radius
-        )
+        tracker = GroundTruthTracker(lambda: world.truth.pedestrians, world.person_radius)
     return build_navigator(nav2, localizer, *planning_map(scene, stack), stops, prices, tracker)
 
 

@@ -26,7 +26,8 @@ from navstack.stopwatch import Latencies
 from navstack.types import Belief, FloatArray, Pose2D
 
 SMALLEST = ("min_pedestrian_distance_m", "min_time_to_collision_s")
-BY_TIME = ("ghost_tracks", "intimate_intrusion_percent", "personal_intrusion_percent")
+BY_DURATION = ("intimate_intrusion_percent", "personal_intrusion_percent")
+BY_TIME_DRIVEN = ("ghost_tracks",)  # nobody is looked for at signals
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,14 +212,15 @@ def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Miss
         name: np.concatenate([_shifted(leg, name) for leg in done]) for name in done[0].series
     }
     row = dict(last)
+    duration = done[-1].begin + done[-1].row["duration_s"]
     for metric in EPISODE_METRICS:
         found = [(leg.row[metric.key], leg.row["duration_s"]) for leg in done]
         known = [(value, seconds) for value, seconds in found if value is not None]
         if metric.is_of_series:
             row[metric.key] = metric.measured(series)
         elif known:
-            row[metric.key] = _of_legs(metric.key, known)
-    duration = done[-1].begin + done[-1].row["duration_s"]
+            driven = sum(seconds for _, seconds in found)
+            row[metric.key] = _of_legs(metric.key, known, duration, driven)
     return row | {
         **{key: first[key] for key in ("start_x_m", "start_y_m", "start_yaw_rad")},
         "goal_x_m": goal.x,
@@ -226,7 +228,7 @@ def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Miss
         "shortest_path_m": mission.shortest_path,
         "goal_distance_m": math.hypot(end.x - goal.x, end.y - goal.y),
         "duration_s": duration,
-        "average_speed_mps": row["distance_m"] / duration,
+        "average_speed_mps": row["distance_m"] / duration if duration else 0.0,
         "collision_delta_v_mps": _mean_delta_v([leg.row for leg in done]),
         "pieces_at_start": first["pieces_at_start"],
         "pieces_lost": _pieces_lost(there),
@@ -234,20 +236,27 @@ def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Miss
 
 
 def _pieces_lost(legs: Sequence[DrivenLeg]) -> int | None:
-    """On all of them; None: cargo is not modelled."""
-    known: list[int | None] = [leg.row["pieces_lost"] for leg in legs]
-    if None in known:
+    """What the last leg's bucket lost, and what did not come so far; None: no cargo is modelled."""
+    first, last = legs[0].row, legs[-1].row
+    if last["pieces_lost"] is None:
         return None
-    return sum(filter(None, known))
+    return int(first["pieces_at_start"] - last["pieces_at_start"] + last["pieces_lost"])
 
 
-def _of_legs(key: str, known: Sequence[tuple[float, float]]) -> float:
-    """A metric of a mission from its values in legs and their times [s]."""
+def _of_legs(
+    key: str, known: Sequence[tuple[float, float]], duration: float, driven: float
+) -> float:
+    """A metric of a mission from its values in legs and their times [s].
+
+    It lasted ``duration`` [s], legs without a value and waits included; the legs ``driven`` [s].
+    """
     values, seconds = zip(*known, strict=True)
     if key in SMALLEST:
         return float(min(values))
-    if key in BY_TIME and sum(seconds) > 0.0:
-        return float(np.average(values, weights=seconds))
+    if key in BY_DURATION and duration > 0.0:
+        return float(np.dot(values, seconds) / duration)
+    if key in BY_TIME_DRIVEN and driven > 0.0:
+        return float(np.dot(values, seconds) / driven)
     total: float = sum(values)
     return total
 

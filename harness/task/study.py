@@ -40,6 +40,9 @@ STREAMS = {
 }
 
 
+_OF_LEGS = 2**32 - 1  # in keys of generators
+
+
 class RandomStreams(dict[str, np.random.Generator]):
     """The random generators of a delivery, one per consumer, each made at its first use.
 
@@ -50,7 +53,8 @@ class RandomStreams(dict[str, np.random.Generator]):
     def __init__(self, seed: int, episode: int, leg: int = 0) -> None:
         super().__init__()
         self._seed, self._episode = seed, episode
-        self._leg = (leg,) if leg else ()
+        # apart from the keys (0,), (1,) .. of generators that a consumer spawns
+        self._leg = (_OF_LEGS, leg) if leg else ()
 
     def __missing__(self, consumer: str) -> np.random.Generator:
         number = STREAMS.get(consumer, zlib.crc32(consumer.encode()))

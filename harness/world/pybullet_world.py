@@ -101,7 +101,8 @@ class PyBulletWorld(World):
         client, robot, params = self._client, self._robot, self._params
         physics = params.physics
         self._server.empty(self._dt, physics.solver_iterations, physics.contact_erp)
-        self._ground = Ground(client, self._elevation, mission.start.x, mission.start.y)
+        start = mission.start
+        self._ground = Ground(client, self._elevation, start.x, start.y, robot.reach)
         self._body = add_robot(client, robot)
         self._obstacles = NearObstacles(client, self._index, _OBSTACLE_FRICTION, robot)
         self._pedestrians.reset(generators["pedestrians"], mission.start)
@@ -154,6 +155,11 @@ class PyBulletWorld(World):
         self._state = self._base_state(self._state)
         self._truth = self._make_truth()
         return self._sensors.measure(self._state, self._truth.pedestrians, self.stamp)
+
+    @property
+    def person_radius(self) -> float:
+        """See :class:`World`."""
+        return self._params.people.radius
 
     @property
     def truth(self) -> Truth:

@@ -50,5 +50,10 @@ class World(ABC):
 
     @property
     @abstractmethod
+    def person_radius(self) -> float:
+        """Of everybody's body [m]."""
+
+    @property
+    @abstractmethod
     def truth(self) -> Truth:
         """The true state after the last step."""

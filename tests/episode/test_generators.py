@@ -34,6 +34,13 @@ def test_a_consumer_needs_no_entry_and_shares_no_numbers() -> None:
     assert len(set(STREAMS.values())) == len(STREAMS)
 
 
+def test_a_legs_streams_are_apart_from_those_that_the_first_legs_spawn() -> None:
+    """Errors of a sensor spawn generators of their own."""
+    spawned = [child.random() for child in RandomStreams(7, 3)["gps"].spawn(5)]
+    legs = [RandomStreams(7, 3, leg)["gps"].random() for leg in range(5)]
+    assert len({*spawned, *legs}) == 10
+
+
 def test_a_stream_goes_on_where_it_was() -> None:
     streams = RandomStreams(7, 3)
     first = streams["barometer"].random()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 from harness.world.map.extrude import WALL_HEIGHT, extrude, merge_rectangles
 from harness.world.map.scene import Obstacle, Scene, Zone
@@ -224,6 +225,29 @@ def test_a_clockwise_l_shape_is_cut_into_convex_pieces(tmp_path: Path) -> None:
     assert len(pieces) > 1
     assert min(areas) > 0
     assert sum(areas) == pytest.approx(5.0)
+
+
+def hollow(role: str, **more: object) -> dict[str, object]:
+    """A square of 10 m with a court of 6 m."""
+    rings = [
+        [[2, 2], [12, 2], [12, 12], [2, 12], [2, 2]],
+        [[4, 4], [4, 10], [10, 10], [10, 4], [4, 4]],
+    ]
+    geometry = {"type": "Polygon", "coordinates": rings}
+    return {"properties": {"role": role, **more}, "geometry": geometry}
+
+
+def test_a_court_of_a_building_is_free(tmp_path: Path) -> None:
+    feature = hollow("obstacle", kind="building", height=9.0)
+    save_map(OccupancyGrid(np.zeros((40, 40), dtype=np.int8), 0.5, Pose2D()), tmp_path / "m.yaml")
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
+    pieces = [shapely.Polygon(each.polygon) for each in load_scene(tmp_path / "m.yaml").obstacles]
+    assert sum(piece.area for piece in pieces) == pytest.approx(64.0)
+    assert not any(piece.contains(shapely.Point(7.0, 7.0)) for piece in pieces)
+    zone = hollow("zone", kind="road")
+    (tmp_path / "m.geojson").write_text(json.dumps({"features": [zone]}))
+    with pytest.raises(MapError, match="a zone has no holes; cut it in two"):
+        load_scene(tmp_path / "m.yaml")
 
 
 @pytest.mark.parametrize("yaw", [0.4, -2.0, np.pi / 2])

@@ -194,7 +194,7 @@ def test_the_command_wants_files_or_all(capsys: pytest.CaptureFixture[str]) -> N
     for arguments in (["scenario"], ["scenario", "--all", "a.yaml"]):
         with pytest.raises(SystemExit) as leaving:
             main(arguments)
-        assert leaving.value.code == 1
+        assert leaving.value.code == 2
         assert "give scenario files, or --all" in capsys.readouterr().err
 
 

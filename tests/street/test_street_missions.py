@@ -4,6 +4,7 @@ import dataclasses
 import json
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from harness.economics.rates import EVENT_RATES, interventions
 from harness.economics.valuation import margins, value
 from harness.episode.episode import run_episode
 from harness.episode.places import legs_of, way_there
-from harness.episode.street_delivery import signal_wait
+from harness.episode.street_delivery import _of_legs, _pieces_lost, signal_wait
 from harness.metrics.columns import EPISODE_COLUMNS
 from harness.report.short.run import summary_blocks
 from harness.storage.shipped import shipped
@@ -39,6 +40,7 @@ from navstack.errors import InputError, MapError
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
+from tests.episode.test_stack_errors import Fails
 from tests.street.town import BOX, small_town
 
 pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
@@ -56,6 +58,24 @@ def streets(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = small_town().write(folder / "map.osm")
     assert status("map", "osm", str(file), "--bbox", BOX, "--out", str(folder / "streets")) == 0
     return folder / "streets"
+
+
+def test_what_fell_off_on_the_way_is_lost_for_the_mission() -> None:
+    """A leg begins with what is left in the bucket: none of a bucket that fell."""
+
+    def leg(at_start: int, lost: int) -> Any:
+        return SimpleNamespace(row={"pieces_at_start": at_start, "pieces_lost": lost})
+
+    assert _pieces_lost([leg(50, 0), leg(50, 3), leg(47, 0)]) == 3
+    assert _pieces_lost([leg(50, 1), leg(0, 0), leg(0, 0)]) == 50
+    assert _pieces_lost([SimpleNamespace(row={"pieces_lost": None})]) is None
+
+
+def test_means_by_time_are_over_the_whole_mission() -> None:
+    legs = [(1.0, 100.0)]  # another leg of 100 s had no track, and signals took 50 s
+    assert _of_legs("ghost_tracks", legs, 250.0, 200.0) == 0.5
+    assert _of_legs("personal_intrusion_percent", legs, 250.0, 200.0) == 0.4
+    assert _of_legs("min_pedestrian_distance_m", [(2.0, 1.0), (1.5, 1.0)], 9.0, 2.0) == 1.5
 
 
 def test_the_legs_of_a_route_join_and_end_off_its_crossings() -> None:
@@ -378,3 +398,14 @@ def test_losses_stand_where_they_arose_and_add_up(streets: Path) -> None:
 def test_a_district_that_is_not_here_is_a_missing_map(tmp_path: Path) -> None:
     with pytest.raises(MapError, match="is none, or is not here"):
         check_distance((1.0, 2.5), str(tmp_path / "city"))
+
+
+@pytest.mark.parametrize("after", [-1.0, 0.0])
+def test_a_stack_that_fails_at_once_needs_assistance(streets: Path, after: float) -> None:
+    study = make_study(stacks=["parked"], episodes=1, map_name=str(streets), pedestrians=0)
+    row = run_episode(study.task(0, 0), lambda parts, world: Fails(ValueError, after)).row
+    assert (row["outcome"], row["stack_error"]) == (
+        "physical_assistance",
+        "ValueError: out of ideas",
+    )
+    assert row["duration_s"] < 100.0

@@ -29,7 +29,7 @@ class BucketMotion:
         self._bucket[PLACE : PLACE + 3] = np.subtract(params.place_on(robot), robot.center_of_mass)
         self._bucket[RATE] = physics.rate
         self._bucket[GRAVITY] = physics.gravity
-        self._bucket[THRESHOLD] = params.wake_acceleration
+        self._bucket[THRESHOLD] = params.wakes_at(physics.gravity)
 
     def reset(self, orientation: Quaternion, velocity: Vector, spin: Vector) -> None:
         """Start an episode with the robot's body in this motion."""

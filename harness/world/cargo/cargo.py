@@ -58,6 +58,7 @@ class Cargo:
         """
         self.params = params
         self._gravity = gravity
+        self._wakes_at = params.wakes_at(gravity)
         self._dt = dt
         # in which the pieces were poured
         self._standing = dataclasses.replace(params, bucket="fixed", place=None, drop=0.0)
@@ -148,7 +149,7 @@ class Cargo:
 
     def _advance(self, moved: BucketStep) -> None:
         is_simulated = self._waiting is None
-        if self._shake(moved) > self.params.wake_acceleration:
+        if self._shake(moved) > self._wakes_at:
             self._calm_steps = 0
             if not self._is_awake and is_simulated:
                 self._wake(moved.orientation)

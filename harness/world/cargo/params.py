@@ -33,7 +33,7 @@ class CargoParams(Parameters, whose="cargo"):
     restitution: NotNegative = 0.3
     # [-] of a piece's radius; stands for the irregular shape; assumed
     rolling_friction: NotNegative = 0.05
-    # [m/s2] of the bucket from which pieces are simulated; below friction times gravity
+    # [m/s2] of the bucket from which pieces are simulated, where friction holds them so long
     wake_acceleration: Positive = 4.5
     settle_time: Positive = 0.5  # [s] below it after which they rest again
     # 'fixed' to the robot; 'free': stands loose on it, as the published code spawns it
@@ -64,8 +64,18 @@ class CargoParams(Parameters, whose="cargo"):
             return robot.bucket
         return self.place
 
+    def wakes_at(self, gravity: float) -> float:
+        """From how many m/s2 of the bucket on its pieces are simulated: where nothing slides."""
+        frictions = [self.friction]
+        if self.bucket == "free":
+            frictions.append(self.bucket_friction)
+        return min(self.wake_acceleration, gravity * min(frictions))
+
     @property
     def bucket_height(self) -> float:
-        """Height [m] of the walls inside: the settled pieces reach up to ``fill`` of it."""
+        """Height [m] of the walls inside: the settled pieces reach up to ``fill`` of it.
+
+        Never less than a piece's.
+        """
         volume = self.pieces * 4.0 / 3.0 * math.pi * self.piece_radius**3 / self.packing
-        return volume / (self.bucket_width**2 * self.fill)
+        return max(volume / (self.bucket_width**2 * self.fill), 2.0 * self.piece_radius)

@@ -89,7 +89,7 @@ def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
             f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in "
             "metres"
         )
-    polygon = shapely.Polygon(ring)
+    polygon = shapely.Polygon(ring, feature["geometry"]["coordinates"][1:])
     if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
         raise MapError(f"{where}: is not a valid polygon of at least three points in metres")
     return polygon
@@ -100,7 +100,10 @@ def _zone(feature: dict[str, Any], where: str) -> Zone:
     elevation = float(properties.get("elevation", 0.0))
     if not abs(elevation) <= HIGHEST:
         raise MapError(f"{where}: elevation {elevation} m is not a number within {HIGHEST:g} m")
-    return Zone(str(properties["kind"]), _ring(_polygon(feature, where)), elevation)
+    polygon = _polygon(feature, where)
+    if polygon.interiors:
+        raise MapError(f"{where}: a zone has no holes; cut it in two beside them")
+    return Zone(str(properties["kind"]), _ring(polygon), elevation)
 
 
 def _obstacles(feature: dict[str, Any], where: str) -> list[Obstacle]:

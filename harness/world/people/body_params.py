@@ -29,10 +29,15 @@ class PedestrianBodyParams(Parameters, whose="pedestrian_bodies"):
     frame_steps: int = 1
     # [N s] of one contact point in one physics step; 0: no limit
     max_contact_impulse: NotNegative = 0.0
-    # [m/s] at most, at which bodies that overlap part; 0: by contact_erp alone
+    # [m/s] at most, at which bodies shown in frames part that overlap; 0: by contact_erp alone
     max_depenetration_speed: NotNegative = 0.0
 
     def _check_together(self) -> None:
+        if self.max_depenetration_speed and self.frame_steps == 1:
+            raise ParameterError(
+                f"pedestrian_bodies: max_depenetration_speed {self.max_depenetration_speed:g} has "
+                "no effect with frame_steps 1; allowed is 0, or more steps per frame"
+            )
         may_split = self.kind == "kinematic" or self.frame_steps == 1
         if not 1 <= self.frame_steps <= MAX_FRAME_STEPS or not may_split:
             raise ParameterError(

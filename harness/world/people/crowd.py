@@ -32,7 +32,8 @@ class Crowd:
     would also stumble and fall; these stay upright.
     """
 
-    ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre
+    ACTIVE_RADIUS = 3.0  # [m] around the robot's body centre, if it is not long
+    BEYOND_REACH = 2.0  # [m] around any robot
 
     def __init__(
         self,
@@ -61,10 +62,12 @@ class Crowd:
         if self._is_dynamic:
             self._mass = bodies.mass
         self._gain = self._mass * rate  # [N s/m] reaches the wanted velocity in one step
+        self._is_recorded = people.model == "replay"  # who may be faster than people of the world
         self._top_speed = 2.0 * people.speed  # [m/s] of a body that makes up for a push
         self._push_force = bodies.push_force  # [N]
         self._shape = person_shape(client, people.radius, people.height, robot.height)
         self._friction = friction_factor(bodies, robot.body_friction)
+        self._radius = max(self.ACTIVE_RADIUS, robot.reach + self.BEYOND_REACH)
         # [m] with what is closed within one step
         self._reach = robot.reach + people.radius + 0.1
         self._frames: BodyFrames | None = None
@@ -98,10 +101,10 @@ class Crowd:
             Whether anybody has one.
         """
         states = self._model.states
-        if not self._bodies and not count_near(states, x, y, self.ACTIVE_RADIUS):
+        if not self._bodies and not count_near(states, x, y, self._radius):
             return False
         dx, dy = states[:, 0] - x, states[:, 1] - y
-        wanted = np.flatnonzero(dx * dx + dy * dy < self.ACTIVE_RADIUS**2).tolist()
+        wanted = np.flatnonzero(dx * dx + dy * dy < self._radius**2).tolist()
         for person in list(self._bodies):
             if person not in wanted and self._may_go(person):
                 self._remove(person)
@@ -190,8 +193,11 @@ class Crowd:
         gain = self._gain
         if not self._is_led:
             gain *= 0.1  # in about ten steps
+            most = self._top_speed
+            if self._is_recorded:
+                most = max(most, 2.0 * math.hypot(vx, vy))
             vx, vy = vx + (x - bx) / _CATCH_UP_TIME, vy + (y - by) / _CATCH_UP_TIME
-            vx, vy = _at_most(self._top_speed, vx, vy)
+            vx, vy = _at_most(most, vx, vy)
         fx, fy = _at_most(self._push_force, gain * (vx - ux), gain * (vy - uy))
         fz = gain * (-bz / _CATCH_UP_TIME - uz)  # stays on the ground
         bullet.applyExternalForce(

@@ -63,7 +63,8 @@ class ReplayParams(Parameters, whose="replay"):
 class PedestrianParams(Parameters, whose="pedestrians"):
     """Who walks, and how; the values are those of the published evaluation unless noted.
 
-    A replay uses neither ``count`` nor what follows ``height``: its recording has them.
+    A replay has count, ways and speeds of its recording; of what follows ``height`` it uses the
+    clearance about the start.
     """
 
     # published: random_walk

@@ -66,7 +66,8 @@ def static_index(scene: Scene) -> StaticIndex:
 class NearObstacles:
     """Bodies of the obstacles near the robot; far ones would cost time in every step."""
 
-    ACTIVE_RADIUS = 3.5  # [m] around the body's centre
+    ACTIVE_RADIUS = 3.5  # [m] around the body's centre, of a robot that is not long
+    BEYOND_REACH = 2.0  # [m] around any robot
     REFRESH_DISTANCE = 1.0  # [m] the robot moves before the choice is made anew
     # [m] between bodies that certainly do not touch in a step: what is closed in it, and a wall's
     # excess
@@ -82,7 +83,8 @@ class NearObstacles:
         self._client = client
         self._half_size = robot.half_size
         # [m] of the body's middle from its centre of mass
-        self._ahead = robot.center[0] - robot.center_of_mass_x
+        self._ahead, self._aside = robot.center[0] - robot.center_of_mass_x, robot.center[1]
+        self._radius = max(self.ACTIVE_RADIUS, robot.reach + self.BEYOND_REACH)
         self._index = index
         self._friction = friction
         self.touchable: dict[int, Touched] = {}  # body -> what it is
@@ -109,8 +111,8 @@ class NearObstacles:
         return free
 
     def _renew(self, x: float, y: float) -> None:
-        wanted, nearest = self._index.near(x, y, self.ACTIVE_RADIUS)
-        self._center, self._clearance = (x, y), min(nearest, self.ACTIVE_RADIUS)
+        wanted, nearest = self._index.near(x, y, self._radius)
+        self._center, self._clearance = (x, y), min(nearest, self._radius)
         kept = set(wanted)
         for number in [number for number in self._active if number not in kept]:
             body = self._active.pop(number)
@@ -132,7 +134,10 @@ class NearObstacles:
             yaw: [rad].
         """
         cos, sin = math.cos(yaw), math.sin(yaw)
-        middle = x + cos * self._ahead, y + sin * self._ahead
+        middle = (
+            x + cos * self._ahead - sin * self._aside,
+            y + sin * self._ahead + cos * self._aside,
+        )
         return bool(
             may_touch(*middle, cos, sin, *self._half_size, self.MARGIN, self._corners, self._first)
         )

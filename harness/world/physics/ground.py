@@ -23,11 +23,15 @@ class Ground:
 
     # [m] the robot moves before the distance to the next step is looked up anew
     REFRESH_DISTANCE = 1.0
-    WINDOW = 2.0  # [m] half the side of the square that is laid out in slabs
+    WINDOW = 2.0  # [m] half the side of the square that is laid out in slabs, or more:
+    BEYOND_REACH = 1.2  # [m] around any robot
     SLAB_DISTANCE = 1.0  # [m] the robot moves before they are laid out anew
 
-    def __init__(self, client: int, elevation: Elevation, x: float, y: float) -> None:
-        """Lay the ground around (x, y) [m]."""
+    def __init__(
+        self, client: int, elevation: Elevation, x: float, y: float, reach: float = 0.0
+    ) -> None:
+        """Lay the ground around (x, y) [m] for a robot that reaches so far [m] from there."""
+        self._window = max(self.WINDOW, reach + self.BEYOND_REACH)
         self._client = client
         self._elevation = elevation
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
@@ -81,7 +85,7 @@ class Ground:
 
     def _lay_out(self, x: float, y: float) -> None:
         self._clear()
-        pieces = self._elevation.around(x, y, self.WINDOW)
+        pieces = self._elevation.around(x, y, self._window)
         low = min(pieces)
         self._put_plane(low)
         for height, polygons in pieces.items():

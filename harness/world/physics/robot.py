@@ -107,8 +107,8 @@ class RobotParams(Parameters, whose="robot"):
 
     @cached_property
     def center_of_mass(self) -> tuple[float, float, float]:
-        """The centre of mass in [m], base frame; sideways it is the body's middle."""
-        return self.center_of_mass_x, self.center[1], self.center_of_mass_height
+        """The centre of mass in [m], base frame; sideways it is between the wheels."""
+        return self.center_of_mass_x, 0.0, self.center_of_mass_height
 
     @cached_property
     def inertia(self) -> tuple[float, float, float]:

@@ -49,6 +49,23 @@ def shock(speed, direction=0.0):
     return [(-speed * math.cos(direction) / DT, -speed * math.sin(direction) / DT, 0.0)]
 
 
+@pytest.mark.parametrize("changes", [{"pieces": 5}, {"bucket_width": 0.4}, {"pieces": 1}])
+def test_a_bucket_is_never_lower_than_a_piece(changes):
+    """Else nothing would be inside, and nothing could spill."""
+    made = Cargo(dataclasses.replace(PARAMS, **changes), GRAVITY, DT)
+    made.reset(np.random.default_rng(0))
+    assert made.state.pieces_at_start > 0
+    made.close()
+
+
+def test_slippery_pieces_are_simulated_where_they_begin_to_slide():
+    assert PARAMS.wakes_at(GRAVITY) == PARAMS.wake_acceleration
+    assert PARAMS.wakes_at(1.6) == pytest.approx(0.8)
+    loose = dataclasses.replace(PARAMS, bucket="free", bucket_friction=0.1)
+    assert loose.wakes_at(GRAVITY) == pytest.approx(0.1 * GRAVITY)
+    assert dataclasses.replace(loose, bucket="fixed").wakes_at(GRAVITY) == PARAMS.wake_acceleration
+
+
 def surface_height(heap, radius):
     """Mean height [m] of the heap's surface, sampled from above."""
     axis = (np.arange(40) + 0.5) / 40 * PARAMS.bucket_width - 0.5 * PARAMS.bucket_width
@@ -77,7 +94,7 @@ def test_a_heap_settles_under_its_weight_in_a_bucket_that_stands(monkeypatch):
     monkeypatch.setattr(
         "harness.world.cargo.heap.step_with", lambda client, bucket, *given: steps.append(given)
     )
-    _settle(dataclasses.replace(PARAMS, pieces=1), GRAVITY, DT, 0)
+    _settle(dataclasses.replace(PARAMS, pieces=1, fill=0.1), GRAVITY, DT, 0)
     assert steps == [((0.0, 0.0, -GRAVITY), LEVEL, STILL, DT)] * 360
 
 

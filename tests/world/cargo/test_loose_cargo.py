@@ -22,7 +22,7 @@ from navstack.errors import ParameterError, UnknownNameError
 
 DT, GRAVITY = 1.0 / 120.0, 9.81
 LEVEL, STILL = (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
-FREE = CargoParams(pieces=1, bucket="free", wake_acceleration=0.1, settle_time=5.0)
+FREE = CargoParams(pieces=1, fill=0.1, bucket="free", wake_acceleration=0.1, settle_time=5.0)
 FULL = CargoParams(bucket="free")
 
 

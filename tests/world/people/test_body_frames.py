@@ -28,7 +28,7 @@ def framed(params, frame_steps=4, most=0.0, parting=1.0, per="point"):
         params.pedestrian_bodies,
         frame_steps=frame_steps,
         max_contact_impulse=most,
-        max_depenetration_speed=parting,
+        max_depenetration_speed=parting if frame_steps > 1 else 0.0,
         friction=0.0,
     )
     contacts = dataclasses.replace(params.contacts, per=per)

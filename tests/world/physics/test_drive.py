@@ -81,11 +81,11 @@ def test_a_robot_is_a_box_on_four_feet(robot):
     )
     assert made.half_size == pytest.approx((0.6, 0.25))
     assert made.center == pytest.approx((-0.1, -0.05))
-    assert made.center_of_mass == pytest.approx((-0.22, -0.05, 0.45))
+    assert made.center_of_mass == pytest.approx((-0.22, 0.0, 0.45))
     assert made.inertia == pytest.approx(
         (2.0 * (0.25 + 4.0), 2.0 * (1.44 + 4.0), 2.0 * (1.44 + 0.25))
     )
-    assert made.reach == pytest.approx(math.hypot(0.72, 0.25))
+    assert made.reach == pytest.approx(math.hypot(0.72, 0.3))
     assert made.max_drive_force == pytest.approx(400.0)
     assert made.axle_share == pytest.approx(0.6)
     assert made.feet == ((0.0, 0.21), (0.0, -0.21), (-0.55, 0.2), (-0.55, -0.2))

@@ -163,7 +163,35 @@ def test_the_reported_acceleration_is_that_of_the_base(lab, robot, params):
         assert world.body_state.ay == pytest.approx(1.0 * 0.5, abs=0.02)
 
 
+@pytest.mark.parametrize("aside", [0.0, 0.08])
+def test_a_robot_turns_about_the_middle_between_its_wheels(lab, robot, params, aside):
+    """Also where its body lies to one side."""
+    footprint = tuple((x, y + aside) for x, y in robot.footprint)
+    shifted = dataclasses.replace(robot, footprint=footprint)
+    with lab.world(shifted, params) as world:
+        places = []
+        for _ in range(40):
+            lab.drive(world, 12, w=1.0)
+            places.append((world.truth.pose.x, world.truth.pose.y))
+    assert np.ptp(places, axis=0).max() < 0.01
+
+
+def test_people_and_walls_in_front_of_a_long_robot_have_bodies(lab, robot, params):
+    """Its front is 4 m from its centre of mass."""
+    long = dataclasses.replace(
+        robot, footprint=((3.9, 0.3), (3.9, -0.3), (-0.6, -0.3), (-0.6, 0.3))
+    )
+    with lab.world(long, params, [wall(4.2)]) as world:
+        lab.drive(world, 400, v=0.5)
+        assert world.truth.pose.x < 0.4
+    with lab.world(long, params, people=[(4.3, 0.0, 0.0, 0.0)]) as world:
+        lab.drive(world, 240, v=0.5)
+        assert world.close_episode().contacts
+
+
 def test_bad_parameters_are_named(lab, robot, params):
+    with pytest.raises(ParameterError, match="max_depenetration_speed 1 has no effect"):
+        dataclasses.replace(params.pedestrian_bodies, max_depenetration_speed=1.0)
     with pytest.raises(ParameterError, match="mass"):
         dataclasses.replace(robot, mass=0.0)
     with pytest.raises(ParameterError, match="center_of_mass_x"):
