@@ -97,6 +97,17 @@ class Capped:
         return min(value, self.most)
 
 
+@dataclass(frozen=True, slots=True)
+class Signed:
+    """Takes a number of the other sign for one of the right sign, as Nav2 does after a warning."""
+
+    sign: float  # 1 or -1
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The value, or the same with the other sign."""
+        return math.copysign(value, self.sign) if value else value
+
+
 def at_least(least: float) -> Allowed:
     """A number of ``least`` or more."""
     return Allowed(f"{least:g} or more", lambda value: bool(value >= least))
@@ -132,7 +143,6 @@ KEPT_OUT = {"kept_out": True}  # metadata of a field that a dump leaves out at i
 POSITIVE, NOT_NEGATIVE = Allowed("more than 0", lambda value: bool(value > 0)), at_least(0)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
-NotPositive = Annotated[float, Allowed("0 or less", lambda value: bool(value <= 0))]
 # a length, speed, weight, ... of either sign, which Nav2 takes at any size: larger is a mistake
 Quantity = Annotated[float, within(-1e9, 1e9)]
 # for which files write .inf: a reach, a height or a time that limits nothing

@@ -92,9 +92,12 @@ class LayeredCostmap:
         masks = masks or {}
         if params.has_keepout_filter:
             masks, keepout = with_world_mask(params, masks, static, keepout), None
+        if not _lists_static_layer(params):
+            static = None
+        # a static layer that is disabled gives the size, too (``static_layer.cpp``, ``processMap``)
+        self._window = make_window(params, static, [mask.grid for mask in masks.values()])
         if not _has_static_layer(params):
             static = None
-        self._window = make_window(params, static, [mask.grid for mask in masks.values()])
         self._layers = join_layers(params, masks, self._window)
         self._receivers: list[SpeedLimitReceiver] = []
         self._map = self._map_costs(static, keepout)
@@ -301,6 +304,11 @@ class LayeredCostmap:
 
 def _buffers(sources: Sequence[Source]) -> list[ObservationBuffer[Source]]:
     return [ObservationBuffer(source) for source in sources]
+
+
+def _lists_static_layer(params: CostmapParams) -> bool:
+    listed = (params.layers[name] for name in (*params.plugins, *params.filters))
+    return any(isinstance(layer, StaticLayerParams) for layer in listed)
 
 
 def _has_static_layer(params: CostmapParams) -> bool:

@@ -9,7 +9,7 @@ server with the mask.
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import Parameters, Quantity, Whole, within
+from navstack.ranges import Capped, NotNegativeInt, Parameters, Quantity, Whole
 
 # values of a filter info's type (filter_values.hpp)
 KEEPOUT, SPEED_PERCENT, SPEED_ABSOLUTE = 0, 1, 2
@@ -24,8 +24,8 @@ class KeepoutFilterParams(Parameters):
     filter_info_topic: str = ""  # of the costmap_filter_info_server that tells where the mask is
     # a robot inside a lethal zone sees the mask at a cost that lets it drive out
     override_lethal_cost: bool = False
-    # that cost
-    lethal_override_cost: Annotated[int, within(0, MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE
+    # that cost; more counts as the most that is no obstacle
+    lethal_override_cost: Annotated[NotNegativeInt, Capped(MAX_NON_OBSTACLE)] = MAX_NON_OBSTACLE
 
 
 @dataclass(frozen=True, slots=True)

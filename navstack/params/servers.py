@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from navstack.ranges import NotNegative, NotPositive, Parameters, Positive, Quantity, within
+from navstack.ranges import NotNegative, Parameters, Positive, Quantity, Signed, within
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,7 @@ class BehaviorServerParams(Parameters):
 class DriveParams(Parameters):
     """``nav2_behaviors::DriveOnHeading`` and ``nav2_behaviors::BackUp``."""
 
-    acceleration_limit: NotNegative = 0.0  # [m/s2]; 0 here or below: the commanded speed at once
-    deceleration_limit: NotPositive = 0.0  # [m/s2] negative
+    # [m/s2]; 0 here or below: the commanded speed at once
+    acceleration_limit: Annotated[float, Signed(1.0)] = 0.0
+    deceleration_limit: Annotated[float, Signed(-1.0)] = 0.0  # [m/s2] negative
     minimum_speed: Quantity = 0.0  # [m/s]

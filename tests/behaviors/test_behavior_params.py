@@ -71,7 +71,7 @@ behavior_server:
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("cycle_frequency", "0.0"), ("backup.deceleration_limit", "1.0")]
+    ("key", "value"), [("cycle_frequency", "0.0"), ("simulate_ahead_time", "-1.0")]
 )
 def test_values_that_make_no_sense_are_found_when_the_file_is_read(
     read, key: str, value: str

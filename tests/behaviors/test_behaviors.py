@@ -289,6 +289,8 @@ def test_senseless_parameters_are_refused(values) -> None:
         BehaviorServerParams(**values)
 
 
-def test_limits_with_the_wrong_sign_are_refused() -> None:
-    with pytest.raises(ParameterError, match="deceleration_limit"):
-        DriveParams(acceleration_limit=1.0, deceleration_limit=1.0)
+def test_limits_with_the_wrong_sign_count_with_the_right_one() -> None:
+    """Nav2 logs an error and turns them (``drive_on_heading.hpp``)."""
+    turned = DriveParams(acceleration_limit=-1.0, deceleration_limit=0.5)
+    assert turned == DriveParams(acceleration_limit=1.0, deceleration_limit=-0.5)
+    assert DriveParams(0.0, 0.0) == DriveParams()

@@ -343,8 +343,9 @@ def test_a_robot_inside_a_lethal_zone_is_let_out_where_the_file_says_so(
         seen.append((costmap.master.cost_at(0.9, 1.4), costmap.master.cost_at(0.9, 0.2)))
     outside, inside = (254, 253 if not filters else 76), (200, 200)
     assert seen == [outside, inside, inside, outside]
-    with pytest.raises(ParameterError, match="lethal_override_cost 253"):
-        KeepoutFilterParams(lethal_override_cost=253)
+    assert KeepoutFilterParams(lethal_override_cost=253).lethal_override_cost == 252
+    with pytest.raises(ParameterError, match="lethal_override_cost -1"):
+        KeepoutFilterParams(lethal_override_cost=-1)
 
 
 def test_masks_that_cannot_be_used_are_refused() -> None:

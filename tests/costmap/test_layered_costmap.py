@@ -255,6 +255,18 @@ def test_a_static_layer_last_hides_what_the_layers_before_it_wrote() -> None:
         assert costmap.master.cost_at(-2.6, 1.2) == 0
 
 
+def test_a_static_layer_that_is_disabled_gives_the_size_and_no_costs() -> None:
+    """Nav2's takes in the map whether it is enabled or not."""
+    static = make_map(np.random.default_rng(7))
+    params = make_params()
+    layers = {**params.layers, "static_layer": StaticLayerParams(enabled=False)}
+    costmap = LayeredCostmap(dataclasses.replace(params, layers=layers), static)
+    assert costmap.master.data.shape == static.data.shape
+    assert not costmap.master.data.any()
+    without = dataclasses.replace(params, plugins=("obstacle_layer", "inflation_layer"))
+    assert LayeredCostmap(without, static).master.data.shape != static.data.shape
+
+
 def test_unknown_cells_are_kept_and_freed_by_beams() -> None:
     static = make_map(np.random.default_rng(8), unknown=0.2)
     costmap = LayeredCostmap(make_params(track_unknown_space=True), static)
