@@ -3,11 +3,14 @@
 import dataclasses
 from pathlib import Path
 
+import numpy as np
+
 from harness.episode.factory import Parts
 from harness.episode.files import rules_of
 from harness.episode.places import legs_of, way_there
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.study.compile_ahead import compile_ahead
+from harness.task.mission import CLEARANCE
 from harness.task.stack import ROS2, Stack
 from harness.task.study import RECORDS, Study
 from harness.world.map.scene import Scene
@@ -48,6 +51,8 @@ def check(study: Study) -> list[str]:
         if parts is deliveries[0]:
             notes += crowd_notes(study, parts) + leg_notes(study)
         notes += sensor_notes(stack, parts.scene)
+        if study.template.start is None:
+            notes += start_notes(parts.robot, stack.name)
         if stack.is_nav2:
             nav2 = parts.nav2
             notes += notes_on_file(nav2, stack.name)
@@ -126,6 +131,17 @@ def leg_notes(study: Study) -> list[str]:
     if len(there) < len(legs):
         note += ", and as many back"
     return [note]
+
+
+def start_notes(robot: RobotParams, stack: str) -> list[str]:
+    """A note where a robot reaches farther than missions are drawn from what is solid."""
+    reach = float(np.hypot(*robot.polygon.T).max())
+    if reach <= CLEARANCE:
+        return []
+    return [
+        f"{stack}: the robot reaches {reach:.2f} m from where it starts, and missions keep only "
+        f"{CLEARANCE:g} m from obstacles: some may begin inside one; --start X,Y,YAW checks the place"
+    ]
 
 
 def sensor_notes(stack: Stack, scene: Scene) -> list[str]:

@@ -10,15 +10,23 @@ import pytest
 from harness.episode.factory import Parts
 from harness.storage.shipped import shipped
 from harness.study import preflight
-from harness.study.preflight import crowd_notes, default_notes, notes_on_file, sensor_notes
+from harness.study.preflight import (
+    crowd_notes,
+    default_notes,
+    notes_on_file,
+    sensor_notes,
+    start_notes,
+)
 from harness.task.stack import load_stack
 from harness.task.study import make_study
 from harness.world.map.extrude import extrude
 from harness.world.map.scene_io import load_scene
+from harness.world.physics.robot import RobotParams
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid
 from navstack.errors import NavstackError
 from navstack.params.nav2_file.file import inspect_nav2
+from navstack.params.strict import load_dataclass
 from navstack.types import Pose2D
 
 
@@ -103,3 +111,12 @@ def test_a_file_has_one_line_of_notes_and_a_shipped_one_none(tmp_path: Path) -> 
     (note,) = notes_on_file(nav2, "mine")
     told = f"mine: navbench lint {file} --full lists what is read otherwise than by Nav2 "
     assert note == f"{told}(1) and what has no effect here ({len(nav2.ignored)})"
+
+
+def test_a_long_robot_is_told_where_its_missions_may_begin() -> None:
+    params = shipped("params") / "robots"
+    robot = load_dataclass(RobotParams, params / "segway_e1.yaml")
+    assert start_notes(robot, "mine") == []
+    long = ((0.9, 0.5), (0.9, -0.5), (-1.34, -0.5), (-1.34, 0.5))
+    (note,) = start_notes(dataclasses.replace(robot, footprint=long), "mine")
+    assert note.startswith("mine: the robot reaches 1.43 m from where it starts")
