@@ -191,6 +191,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         if verdict is not None:
             self._is_over = True
             finished = delivery.finish()
+            brain.sense(delivery.observation)  # what arrived in the last tick
             for term, amount in self._dollars.settle(finished).items():
                 dollars[term] += amount
             info |= {

@@ -154,11 +154,12 @@ class Rows:
     differing: tuple[int, ...]  # numbers of deliveries
     columns: tuple[str, ...]  # in which any of them differs
     only_in_one: tuple[str, ...]  # columns that one version does not have
+    lost: bool = False  # whether the new version lacks one of the old
 
 
 def compare_rows(before: Driver, after: Driver, loop: str, deliveries: int) -> Rows:
     """Drive whole deliveries with both versions and compare their rows, to the last digit."""
-    differing, columns, only_in_one = [], set(), set()
+    differing, columns, only_in_one, lost = [], set(), set(), False
     for episode in range(deliveries):
         for driver in (before, after):
             driver.ask(loop, episode, None)
@@ -167,11 +168,12 @@ def compare_rows(before: Driver, after: Driver, loop: str, deliveries: int) -> R
             key for key in old.keys() & new.keys() if json.dumps(old[key]) != json.dumps(new[key])
         }
         only_in_one |= old.keys() ^ new.keys()
+        lost = lost or bool(old.keys() - new.keys())
         columns |= other
         if other:
             differing.append(episode)
     return Rows(
-        loop, deliveries, tuple(differing), tuple(sorted(columns)), tuple(sorted(only_in_one))
+        loop, deliveries, tuple(differing), tuple(sorted(columns)), tuple(sorted(only_in_one)), lost
     )
 
 
@@ -228,11 +230,14 @@ def check(before: Driver, after: Driver, arguments: argparse.Namespace) -> bool:
 
 def show_rows(rows: Rows) -> bool:
     """Print how rows differ; whether they do not."""
+    shared = ""
     if rows.only_in_one:
         print(f"{rows.loop}: columns of one version only: {', '.join(rows.only_in_one)}")
+        shared = " in the columns of both"
     if not rows.differing:
-        print(f"{rows.loop}: {rows.compared} of {rows.compared} rows are identical", flush=True)
-        return True
+        same = f"{rows.compared} of {rows.compared} rows are identical{shared}"
+        print(f"{rows.loop}: {same}", flush=True)
+        return not rows.lost
     count = (
         f"{len(rows.differing)} of {rows.compared} rows DIFFER, the first is delivery "
         f"{rows.differing[0]}"

@@ -21,7 +21,7 @@ from harness.economics.valuation import CENT
 from harness.meetings.estimators import MEETINGS
 from harness.meetings.results import MeetingsResult, unseen_loss
 from harness.metrics.columns import Row
-from harness.statistics.interval import Interval
+from harness.statistics.interval import Interval, interval_json
 from harness.statistics.paired import PairedDifference, compare_pairs, together
 from harness.task.stack import Stack
 
@@ -98,6 +98,30 @@ class MeetingsArms:
 
     def _columns(self, names: Sequence[str]) -> list[int]:
         return [self._names.index(name) for name in names]
+
+    def comparison_json(self) -> Row:
+        """As ``navbench compare A B --json`` prints it of two stacks, B less A."""
+        sides = {
+            key: {"folder": str(self.folder), "stack": stack.name}
+            for key, stack in zip("ab", self.arms, strict=True)
+        }
+        differences, unseen = {}, None
+        for each in self.differences:  # one, or none where no mission is finished
+            paired, unseen = each.paired, each.unseen
+            differences[each.metric] = {
+                **paired.difference.as_json(),
+                "p": paired.p,
+                "p_holm": paired.p_holm,
+                "pairs_needed": paired.needed,
+            }
+        return {
+            **self.as_json(),
+            **sides,
+            "pairs": self.missions,
+            "differences": differences,
+            "margin_with_unseen": interval_json(unseen),
+            "warnings": list(self.notes),
+        }
 
     def as_json(self) -> Row:
         """As ``navbench ablate --estimator meetings --json`` prints it."""

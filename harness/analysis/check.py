@@ -207,9 +207,9 @@ def missions_that_decide(differences: FloatArray, within: float) -> int | None:
 
     too_few, enough = 1.0, 2.0
     while not decides(enough):
-        too_few, enough = enough, 2.0 * enough
-        if enough > MOST_TIMES:
+        if enough >= MOST_TIMES:
             return None
+        too_few, enough = enough, min(2.0 * enough, MOST_TIMES)
     while enough / too_few > 1.02:
         middle = math.sqrt(too_few * enough)
         if decides(middle):

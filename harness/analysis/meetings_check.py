@@ -137,7 +137,7 @@ def _mission_document(mission: MissionMet) -> Row:
 
 def _arm_document(arm: ArmResult) -> Row:
     return {
-        "margin_usd": arm.margin.value,
+        "contribution_margin_usd": arm.margin.as_json(),
         "margin_alone_usd": arm.margin_alone,
         "people_hit_per_delivery": arm.hits.as_json(),
         "contacts_per_1000_km": arm.contacts.as_json(),

@@ -26,7 +26,7 @@ CRUMBS = 0.01  # share of the cargo: of a meal for 20 USD, 0.20 USD
 # [m] positional accuracy of a good receiver with corrections (SparkFun's page of u-blox's ZED-F9P)
 EXACT = 0.01
 STRAYED = 1.0  # [m/run] farther than the robot is long, on ground that is not for it
-NOT_RECORDED = "not recorded"
+NOT_RECORDED = "not recorded, or of too few deliveries that arrived"
 
 
 def delaying(pairs: Pairs, scores: Scores) -> Check:

@@ -117,9 +117,11 @@ def _told(
     The cargo is that of the mission; on the way back nothing was lost before.
     """
     found: list[Evidence] = []
-    lost = 0
     legs = legs_of(task)
-    ending = ending_leg(mission, driven, rules)
+    there = [leg for leg, way in zip(driven, legs, strict=False) if not way.is_back]
+    ending = len(driven) - 1  # nobody drives on from a leg that failed
+    if mission["outcome"] == SPOILED:
+        ending = spoiling_leg(mission, there, rules)
     for number, (leg, own) in enumerate(zip(driven, weighed, strict=True)):
         delivery = leg.delivery
         assert delivery.recording is not None
@@ -129,24 +131,30 @@ def _told(
             "shortest_path_m": mission["shortest_path_m"],
             "outcome": Outcome.ARRIVED.value,
             "reason": "arrived",
+            "way_back": None,
         }
+        if number == len(driven) - 1 and mission["way_back"]:
+            row |= {"way_back": mission["way_back"], "reason": delivery.row["reason"]}
         if number == ending:
             row |= {key: mission[key] for key in ("outcome", "reason")}
         events = [{**dict.fromkeys(EVENT_COLUMNS), **event} for event in delivery.events]
         events.sort(key=lambda event: event["stamp_s"])
         evidence = evidence_of(run, row, events, delivery.recording, decisions, own, DRIVEN_AGAIN)
-        if legs[number].is_back:
-            lost = 0
+        lost = 0  # before this leg
+        if mission["pieces_at_start"] and not legs[number].is_back:
+            lost = mission["pieces_at_start"] - delivery.row["pieces_at_start"]
         cargo = evidence.pieces_lost + lost
         found.append(dataclasses.replace(evidence, pieces_lost=cargo, scene=legs[number].scene()))
-        lost += delivery.row["pieces_lost"] or 0
     return found
 
 
-def ending_leg(mission: Row, driven: Sequence[DrivenLeg], rules: Rules) -> int:
-    """The leg that decided how a mission ended: where it failed, or too much was lost."""
-    if mission["outcome"] == SPOILED:
-        lost = np.cumsum([leg.row["pieces_lost"] for leg in driven])
-        allowed = rules.spoiled_fraction * mission["pieces_at_start"]
-        return int(np.argmax(lost > allowed))
-    return len(driven) - 1  # nobody drives on from a leg that failed
+def spoiling_leg(mission: Row, there: Sequence[DrivenLeg], rules: Rules) -> int:
+    """The leg of the way there on which too much was lost.
+
+    What the next one does not begin with is lost, too: all of a bucket that fell.
+    """
+    last = there[-1].row
+    left = [leg.row["pieces_at_start"] for leg in there[1:]]
+    left.append(last["pieces_at_start"] - last["pieces_lost"])
+    lost = mission["pieces_at_start"] - np.array(left)
+    return int(np.argmax(lost > rules.spoiled_fraction * mission["pieces_at_start"]))

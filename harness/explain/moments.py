@@ -70,7 +70,7 @@ def costs_of(row: Row, prices: Prices) -> dict[str, float | None]:
 
 def is_costly(row: Row, events: Sequence[Row]) -> bool:
     """Whether a delivery has a moment that cost something."""
-    return row["outcome"] in COSTLY or any(map(_is_paid, events))
+    return _ended_badly(row) or any(map(_is_paid, events))
 
 
 def costly_episodes(run: StoredRun) -> list[int]:
@@ -78,9 +78,7 @@ def costly_episodes(run: StoredRun) -> list[int]:
     name = run.stacks[0].name
     paid = {event["episode"] for event in run.events if event["stack"] == name and _is_paid(event)}
     return [
-        row["episode"]
-        for row in run.stacks[0].rows
-        if row["outcome"] in COSTLY or row["episode"] in paid
+        row["episode"] for row in run.stacks[0].rows if _ended_badly(row) or row["episode"] in paid
     ]
 
 
@@ -111,6 +109,9 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
                 counted[-1] if counted and evidence.row["reason"] == IMPULSE else None,
             )
         )
+    if _fetched_back(evidence.row):
+        repair = costs_of(evidence.row, prices)["repair"]
+        found.append((ASSISTANCE, _end_of(evidence, rules), repair, None))
     found.sort(key=lambda each: each[1])
     return [Moment(number, *each) for number, each in enumerate(found, start=1)]
 
@@ -118,6 +119,15 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
 def costliest(moments: Sequence[Moment]) -> Moment:
     """The moment that cost most, the first of equals."""
     return max(moments, key=lambda moment: moment.cost or 0.0)
+
+
+def _ended_badly(row: Row) -> bool:
+    return row["outcome"] in COSTLY or _fetched_back(row)
+
+
+def _fetched_back(row: Row) -> bool:
+    """Whether somebody had to come on the way back, which costs repair."""
+    return row.get("way_back") == ASSISTANCE
 
 
 def _is_paid(event: Row) -> bool:

@@ -130,7 +130,9 @@ class Ros2Brain(Brain):
         """Wait for the command of a period: in lockstep for itself, else for its wall time."""
         params, period = self._params, self._period
         timeout = params.wait
-        if self._is_late:
+        if params.rate > 0.0:
+            timeout = min(period / params.rate, params.wait)  # the clock does not wait for it
+        elif self._is_late:
             timeout = min(period, params.wait)  # real time, until commands come again
         with self._watch:
             came = self._robot.wait_for_command(timeout)
@@ -139,7 +141,7 @@ class Ros2Brain(Brain):
         self._is_late = not came
         if self._waits >= FROM_COMMAND and self._missed > params.most_missed * self._waits:
             raise PeerError(
-                f"{self._missed} of {self._waits} commands did not come within {params.wait:g} s; "
+                f"{self._missed} of {self._waits} commands did not come within {timeout:g} s; "
                 "is the navigation still running?"
             )
         if params.rate > 0.0:

@@ -110,6 +110,12 @@ def leg_notes(study: Study) -> list[str]:
         InputError: it is to be recorded; or a map has no way back.
     """
     template = study.template
+    peers = [stack.name for stack in study.stacks if stack.navigator == ROS2]
+    if peers and is_district(template.map_name):
+        raise InputError(
+            f"stack '{peers[0]}' drives over ROS 2, on one map; give one of the district "
+            f"'{template.map_name}', NAME.yaml"
+        )
     if not is_district(template.map_name):
         if rules_of(template.rules).way_back:
             raise InputError(
@@ -140,7 +146,7 @@ def start_notes(robot: RobotParams, stack: str) -> list[str]:
         return []
     return [
         f"{stack}: the robot reaches {reach:.2f} m from where it starts, and missions keep only "
-        f"{CLEARANCE:g} m from obstacles: some may begin inside one; --start X,Y,YAW checks the place"
+        f"{CLEARANCE:g} m from obstacles: some may begin inside one; --start X,Y,YAW checks a place"
     ]
 
 

@@ -183,9 +183,9 @@ def _proven_by(pairs: Pairs, reach: Reach) -> int | None:
 
     too_few, enough = 0, max(pairs.n, fewest_missions())
     while not is_proven(enough):
-        too_few, enough = enough, 2 * enough
-        if enough > MOST_EPISODES:
+        if enough >= MOST_EPISODES:
             return None
+        too_few, enough = enough, min(2 * enough, MOST_EPISODES)
     while enough - too_few > max(1, enough // 20):
         middle = (enough + too_few) // 2
         if is_proven(middle):

@@ -9,6 +9,7 @@ import numpy as np
 
 from harness.economics.prices import load_prices
 from harness.episode.episode import run_episode
+from harness.execution.process_cache import forget_changed
 from harness.identify.drive_cost import DriveCost, cost_of_drive
 from harness.identify.drive_difference import KINDS, differences, kilometres
 from harness.identify.drive_events import doubt_of_map
@@ -109,6 +110,7 @@ def cost_log(
     Raises:
         InputError: something given cannot be used.
     """
+    forget_changed()
     if html is not None:
         require_writable("page", html, PAGES)
     if sensors is not None and nav2 is None:

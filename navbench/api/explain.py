@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
+from harness.execution.process_cache import forget_changed
 from harness.explain.activities import Activity, activities
 from harness.explain.document import Explained, Saving, explained, explanation_document
 from harness.explain.evidence import (
@@ -43,6 +44,8 @@ from navbench.api.report import map_of
 from navbench.api.runs import Run
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
+
+SHORTEST, LONGEST = 0.2, 60.0  # [s] before an event
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,8 @@ def explain(
     Raises:
         InputError: something that was given cannot be used.
     """
+    _check_choices(event, before)
+    forget_changed()
     if plot is not None:
         require_writable("figure", plot, FORMATS)
     if out is not None:
@@ -159,6 +164,18 @@ def _write(explanation: Explanation, out: Path) -> None:
         write_text(out / "explanation.txt", plain.getvalue())
 
 
+def _check_choices(event: int | None, before: float | None) -> None:
+    """Check what does not depend on the delivery.
+
+    Raises:
+        InputError: there is no such event, or no such time before one.
+    """
+    if event is not None and event < 1:
+        raise InputError(f"--event {event}: events are counted from 1")
+    if before is not None and not SHORTEST <= before <= LONGEST:
+        raise InputError(f"--before {before}: allowed is {SHORTEST:g} to {LONGEST:g} s")
+
+
 def _check_leg(run: StoredRun, leg: int | None, rewind: Sequence[str]) -> None:
     """Check what is asked of a leg.
 
@@ -192,7 +209,8 @@ def _saving(
     prices = run.prices()
     if before is None:
         before = since_cause(evidence, moment)
-    rewound = drive_rewound(run, evidence, settings, max(moment.stamp - before, 0.0))
+    before = min(before, moment.stamp)
+    rewound = drive_rewound(run, evidence, settings, moment.stamp - before)
     costs = costs_of(evidence.row, prices)
     new_costs = costs_of(rewound.delivery.row, prices)
     return Saving(rewound, moment, before, evidence.row, costs, new_costs)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from harness.analysis.compare import side_of
 from harness.analysis.dearest import dearest
+from harness.execution.process_cache import forget_changed
 from harness.report.page.document import replay_page, report_page
 from harness.report.page.entries import notes_of
 from harness.report.page.replays import one_recorded, shown
@@ -74,6 +75,7 @@ def _drive_again(
     ]
     if not missing:
         return recordings, []
+    forget_changed()
     say(f"for the page the {len(missing)} dearest deliveries are driven again, recorded")
     with count_shown("of them", len(missing)) as has_driven:
         for number, each in enumerate(missing):
@@ -126,6 +128,7 @@ def _replay(
     )
 
     require_one_map(run, "replay")
+    forget_changed()
     path = recording_file(side_of(run).run, episode)
     delivery_row(run, episode)
     if path.exists() and not path.is_file():

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from harness.execution.process_cache import forget_changed
 from harness.scenarios.runner import Result, run_scenario
 from harness.storage.new_run import MANIFEST
 from harness.study.suite_folder import TABLE
@@ -31,6 +32,7 @@ def verify(folder: Path, sample: int = 3, seed: int = 0) -> list[Verification]:
         for run in sorted({*runs} - {*driven}):
             say(f"note: '{run}' has no deliveries yet, and is left out")
         runs = driven
+    forget_changed()
     with count_shown("deliveries driven again", sample * len(runs)) as tell:
         return [verify_run(run, sample, seed, tell) for run in runs]
 
@@ -41,4 +43,5 @@ def scenario(files: Iterable[Path]) -> list[Result]:
     Raises:
         InputError: a file, or something that it names, cannot be used.
     """
+    forget_changed()
     return [run_scenario(path) for path in files]

@@ -68,7 +68,7 @@ def compare(
 def _compare_by_meetings(first: str, second: str, as_json: bool) -> None:
     found = compare_by_meetings(first, second)
     if as_json:
-        print_json(found.as_json())
+        print_json(found.comparison_json())
     else:
         print_blocks(short_arms(found), report_console())
         click.echo(f"next: {next_command(found)}")

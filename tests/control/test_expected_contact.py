@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ from navstack.control.contact_risk import (
     nearest,
 )
 from navstack.control.controller import Surroundings
+from navstack.control.dwb.critics.expected_contact import ExpectedContactCritic
 from navstack.control.dwb.dwb_controller import DwbController
+from navstack.control.dwb.rollouts import RolloutGenerator
 from navstack.control.mppi.mppi_controller import MppiController
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError
@@ -253,3 +256,27 @@ def test_the_decision_tells_the_critics_dollars():
 def test_prices_that_cannot_be_are_refused(make, message):
     with pytest.raises(ParameterError, match=message):
         make()
+
+
+@pytest.mark.parametrize("samples", [20, 21])
+def test_dwb_sees_who_walks_into_a_robot_that_stands(samples):
+    """A trajectory that stands has a pose or two: between them somebody passes through it."""
+    params = DwbParams(
+        min_vel_x=0.0,
+        max_vel_x=0.5,
+        max_vel_theta=1.2,
+        acc_lim_x=2.5,
+        decel_lim_x=-2.5,
+        acc_lim_theta=3.2,
+        decel_lim_theta=-3.2,
+        sim_time=1.0,
+        vtheta_samples=samples,
+    )
+    rollouts = RolloutGenerator(params, 20.0).generate(Pose2D(), Twist2D())
+    scene = SimpleNamespace(
+        tracks=[person(1.04, 0.0, -1.8, 0.0)], pose=Pose2D(), stamp=0.0, footprint=FOOTPRINT
+    )
+    costs = ExpectedContactCritic(DwbContactParams(), params).raw_costs(rollouts, scene)
+    slowest = np.abs(rollouts.commands).sum(axis=1).argmin()
+    assert (np.abs(rollouts.commands[slowest]).max() < 1e-6) == (samples == 21)
+    assert costs[slowest] > 20.0

@@ -66,6 +66,12 @@ def test_the_missions_that_would_decide_do() -> None:
     assert verdict_of(bound_at_every_look(differences, 100.0, 0.9 * times), 1.0) == "undecided"
 
 
+def test_missions_beyond_the_last_doubling_decide_too() -> None:
+    differences = np.array([30.0, -28.3] * 10)
+    more = missions_that_decide(differences, 0.5)
+    assert more is not None and 512 < 1.0 + more / differences.size <= 1000
+
+
 def test_finished_runs_get_a_verdict_a_document_and_three_replays(write_run, navbench) -> None:
     old = write_run("before")
     new = write_run("after", change=injured(60.0))

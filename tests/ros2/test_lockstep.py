@@ -98,3 +98,29 @@ def test_the_clock_runs_as_fast_as_it_was_asked_to(frequency: float) -> None:
     for tick in range(1, 101):
         subject.tick(Observation(tick * TICK))
     assert rate * (time.monotonic() - began) >= 0.9 * 100 * TICK
+
+
+class SlowPeer(TimedPeer):
+    """Needs longer for a command than its period lasts."""
+
+    def wait_for_command(self, timeout: float) -> bool:
+        if self.has_goal and self.heard:  # the first one is waited for as the world stands still
+            time.sleep(min(timeout, 0.02))
+            return False
+        return super().wait_for_command(timeout)
+
+
+def test_at_a_rate_the_clock_waits_for_nobody() -> None:
+    rate = 20.0  # at which a period lasts 2.5 ms of wall time
+    params = Ros2Params(controller_frequency=RATE, rate=rate, wait=5.0, settle=0.1, most_missed=1.0)
+    subject = brain.Ros2Brain(
+        lambda: SlowPeer(0.0, True), params, lambda: (Pose2D(), np.empty((0, 4)))
+    )
+    streams = np.random.default_rng(0).spawn(3)
+    subject.reset(Pose2D(5.0), Belief(Pose2D()), Generators(*streams))
+    subject.tick(Observation(0.0))
+    began = time.monotonic()
+    for tick in range(1, 121):
+        subject.tick(Observation(tick * TICK))
+    assert time.monotonic() - began < 3.0 * 120 * TICK / rate, "it would be 8 times as long"
+    assert "40 of 40 commands did not come in time" in subject.trouble.history

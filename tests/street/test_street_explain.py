@@ -8,7 +8,7 @@ from typing import Any, cast
 import pytest
 
 from harness.episode.street_delivery import DrivenLeg
-from harness.explain.legs import ending_leg
+from harness.explain.legs import spoiling_leg
 from harness.storage.shipped import shipped
 from harness.world.outcome import Rules
 from navbench.cli.app import main
@@ -70,22 +70,19 @@ def test_what_a_leg_cannot_be_asked_is_one_line(
         assert why in error
 
 
-def leg(lost: int, has_arrived: bool = True) -> DrivenLeg:
-    made = SimpleNamespace(row={"pieces_lost": lost}, has_arrived=has_arrived)
-    return cast(DrivenLeg, made)
+def leg(at_start: int, lost: int) -> DrivenLeg:
+    row = {"pieces_at_start": at_start, "pieces_lost": lost}
+    return cast(DrivenLeg, SimpleNamespace(row=row))
 
 
 @pytest.mark.parametrize(
-    ("outcome", "legs", "ending"),
+    ("legs", "spoiling"),
     [
-        ("timeout", [leg(0), leg(0, has_arrived=False)], 1),
-        ("spoiled", [leg(1), leg(9), leg(0)], 1),
-        ("sla", [leg(0), leg(0)], 1),
+        ([leg(50, 1), leg(49, 9), leg(40, 0)], 1),
+        ([leg(50, 1), leg(0, 0), leg(0, 0)], 0),  # the bucket fell
+        ([leg(50, 0), leg(50, 3)], 1),
     ],
 )
-def test_the_leg_that_decided_has_the_outcome(
-    outcome: str, legs: list[DrivenLeg], ending: int
-) -> None:
+def test_the_leg_on_which_too_much_was_lost(legs: list[DrivenLeg], spoiling: int) -> None:
     rules = load_dataclass(Rules, shipped("params") / "rules" / "costnav.yaml")
-    mission = {"outcome": outcome, "pieces_at_start": 50}
-    assert ending_leg(mission, legs, rules) == ending
+    assert spoiling_leg({"pieces_at_start": 50}, legs, rules) == spoiling

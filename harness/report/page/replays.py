@@ -203,16 +203,20 @@ def shown(recorded: Recorded) -> RecordedReplay:
 def bodies(entry: PageEntry) -> tuple[RobotParams, float]:
     """The robot, and the radius of people [m], as the run has them."""
     own = parameter_folder(entry.run.folder) / f"{entry.stack.name}-robot.yaml"
-    robot = _loaded(
+    robot = _content(
         RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml"
     )
-    return robot, _loaded(
-        WorldParams, parameter_folder(entry.run.folder) / "world.yaml"
-    ).people.radius
+    world = _content(WorldParams, parameter_folder(entry.run.folder) / "world.yaml")
+    return robot, world.people.radius
+
+
+def _content(kind: Any, path: Path) -> Any:
+    return _loaded(kind, path, path.stat().st_mtime_ns if path.is_file() else 0)
 
 
 @lru_cache(maxsize=64)
-def _loaded(kind: Any, path: Path) -> Any:
+def _loaded(kind: Any, path: Path, changed: int) -> Any:
+    """A file as it was at a time [ns]: another run may stand in its place later."""
     return load_dataclass(kind, path)
 
 

@@ -67,8 +67,13 @@ class Setting:
         return f"{self.name} with {', '.join(self.differences)}"
 
 
-@lru_cache(maxsize=128)
 def _content(folder: str, path: Path) -> Mapping[str, Any]:
+    return _loaded(folder, path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache(maxsize=128)
+def _loaded(folder: str, path: Path, changed: int) -> Mapping[str, Any]:
+    """A file as it was at a time [ns]: another run may stand in its place later."""
     return dataclasses.asdict(LOADERS[folder](path))
 
 

@@ -9,6 +9,7 @@ import pytest
 import navbench
 from harness.audit.auditor import Audit
 from harness.audit.findings import Check
+from harness.audit.manners import NOT_RECORDED
 from harness.report.audit import audit_blocks, audit_sentence
 from harness.report.blocks import Table
 from harness.report.comparison import comparison_blocks
@@ -64,7 +65,7 @@ def test_columns_that_an_older_program_did_not_write_are_not_recorded(write_run:
         row.update(dict.fromkeys(("road_distance_m", "off_walkable_distance_m")))
 
     ground = check(compared(write_run("first", change=bare), write_run("second")), "ground")
-    assert (ground.state, ground.says) == ("not examined", "not recorded")
+    assert (ground.state, ground.says) == ("not examined", NOT_RECORDED)
 
 
 @pytest.mark.parametrize(

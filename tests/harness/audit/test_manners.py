@@ -6,7 +6,15 @@ from typing import Any
 import pytest
 
 from harness.audit.findings import LEAST_PAIRS, Check
-from harness.audit.manners import conflicts, crumbling, delaying, jerking, knowing, leaving
+from harness.audit.manners import (
+    NOT_RECORDED,
+    conflicts,
+    crumbling,
+    delaying,
+    jerking,
+    knowing,
+    leaving,
+)
 from harness.audit.pairs import Conditions
 from harness.task.stack import TRUTH
 
@@ -70,7 +78,7 @@ def test_what_others_bear_is_flagged_from_a_limit_on(
     assert not CHECKS[key](every, LOWER).is_flagged, "at a loss nobody exploits anything"
     unknown = CHECKS[key](held(key, None, None), {})
     if key != "min_time_to_collision_s":  # none: nobody was on a collision course
-        assert (unknown.says, unknown.state) == ("not recorded", "not examined")
+        assert (unknown.says, unknown.state) == (NOT_RECORDED, "not examined")
 
 
 @pytest.mark.parametrize(("share", "is_flagged"), [(0.4, True), (0.3, False)])

@@ -5,10 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from harness.economics.prices import load_prices
 from harness.explain.decision_words import deciding_critics, rejected_by, shares_of
+from harness.explain.moments import is_costly, moments_of
 from harness.explain.seconds import seconds_before
 from harness.explain.words import paragraph
 from harness.metrics.decisions import CRITIC_COLUMNS
+from harness.world.outcome import Rules
 from navstack.control.decision import RUNNER_UP, SLOWER, Alternative, CriticScore
 from navstack.types import Twist2D
 
@@ -165,3 +168,14 @@ def test_of_a_navigation_that_was_given_up_no_critic_is_blamed():
         "up" in words
     )
     assert "Cycles decided" not in words and "PathDist" not in words
+
+
+def test_a_robot_that_was_fetched_from_the_way_back_cost_a_repair():
+    given = evidence()
+    row = {**given.row, "outcome": "arrived", "way_back": "physical_assistance"}
+    assert is_costly(row, ()) and not is_costly({**row, "way_back": "arrived"}, ())
+    prices = load_prices()
+    told = dataclasses.replace(given, row=row, events=())
+    (moment,) = moments_of(told, Rules(2.0, 241.0, 0.5, 177.78, 0.05), prices)
+    assert moment.cost == pytest.approx(prices.repair_per_physical_assistance)
+    assert moment.stamp == row["duration_s"]

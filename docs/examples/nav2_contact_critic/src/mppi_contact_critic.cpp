@@ -16,6 +16,7 @@ namespace mppi::critics
 {
 
 using nav2_contact_critic::ContactPrices;
+using nav2_contact_critic::nearest;
 using nav2_contact_critic::PeopleSource;
 using nav2_contact_critic::RobotBox;
 using nav2_contact_critic::State;
@@ -29,7 +30,9 @@ public:
     get(power_, "cost_power", 1);
     get(weight_, "cost_weight", 1.0);
     get(every_, "trajectory_point_step", 4);
-    get(topic_, "people_topic", std::string("people"));
+    get(topic_, "people_topic", std::string("tracked_people"));
+    get(max_tracks_, "max_tracks", 5);
+    get(range_, "range", 8.0);
     get(prices_.contact_usd, "contact_usd", prices_.contact_usd);
     get(prices_.counted_speed, "counted_speed", prices_.counted_speed);
     get(prices_.speed_std, "speed_std", prices_.speed_std);
@@ -45,12 +48,13 @@ public:
     if (!enabled_) {
       return;
     }
-    const auto people = source_->people();
+    const auto & state = data.state;
+    const auto & place = state.pose.pose.position;
+    const auto people = nearest(source_->people(), place.x, place.y, max_tracks_, range_);
     if (people.empty()) {
       return;
     }
     const auto & paths = data.trajectories;
-    const auto & state = data.state;
     const RobotBox body = nav2_contact_critic::box_of(costmap_ros_->getRobotFootprint());
     const auto batch = paths.x.shape(0);
     const auto length = paths.x.shape(1);
@@ -72,6 +76,8 @@ private:
   unsigned int power_{1};
   float weight_{1.0F};  // [1/USD]
   int every_{4};  // poses
+  int max_tracks_{5};
+  double range_{8.0};  // [m]
   std::string topic_;
   ContactPrices prices_;
   std::unique_ptr<PeopleSource> source_;

@@ -4,6 +4,7 @@
 #define NAV2_CONTACT_CRITIC__PEOPLE_SOURCE_HPP_
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -23,7 +24,7 @@ class PeopleSource
 public:
   template<typename NodePtr>
   PeopleSource(const NodePtr & node, const std::string & topic, const std::string & frame)
-  : clock_(node->get_clock()), logger_(node->get_logger()), frame_(frame)
+  : clock_(node->get_clock()), logger_(node->get_logger()), topic_(topic), frame_(frame)
   {
     using Message = nav2_dynamic_msgs::msg::ObstacleArray;
     subscription_ = node->template create_subscription<Message>(
@@ -39,6 +40,8 @@ public:
     const std::lock_guard<std::mutex> lock(mutex_);
     std::vector<Person> found;
     if (!message_) {
+      RCLCPP_WARN_THROTTLE(
+        logger_, *clock_, 5000, "no people on %s so far: contacts are not priced", topic_.c_str());
       return found;
     }
     if (message_->header.frame_id != frame_) {
@@ -66,11 +69,27 @@ public:
 private:
   rclcpp::Clock::SharedPtr clock_;
   rclcpp::Logger logger_;
+  std::string topic_;
   std::string frame_;
   std::mutex mutex_;
   nav2_dynamic_msgs::msg::ObstacleArray::ConstSharedPtr message_;
   rclcpp::Subscription<nav2_dynamic_msgs::msg::ObstacleArray>::SharedPtr subscription_;
 };
+
+// The nearest of some people within a range [m] of a place, at most so many of them.
+inline std::vector<Person> nearest(
+  std::vector<Person> people, double x, double y, int most, double range)
+{
+  const auto distance = [&](const Person & each) {return std::hypot(each.x - x, each.y - y);};
+  const auto is_far = [&](const Person & each) {return distance(each) > range;};
+  people.erase(std::remove_if(people.begin(), people.end(), is_far), people.end());
+  std::sort(
+    people.begin(), people.end(), [&](const Person & one, const Person & other) {
+      return distance(one) < distance(other);
+    });
+  people.resize(std::min<std::size_t>(people.size(), std::max(most, 0)));
+  return people;
+}
 
 // The bounding box of a footprint in the base frame.
 template<typename Points>
