@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from harness.economics.valuation import margins
+from harness.metrics.columns import Row
 from harness.storage.rows import values
 from harness.study.stored_run import StoredRun
 from navstack.errors import InputError
+from navstack.types import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,13 @@ class Dear:
         return self.run.stacks[0].name
 
 
+def earned_of(rows: Sequence[Row], margin: FloatArray | None) -> list[float]:
+    """By what deliveries are ranked: their margins [USD]; without cargo what injuries cost."""
+    if margin is not None:
+        return [float(each) for each in margin]
+    return [-(usd or 0.0) for usd in values(rows, "pedestrian_injury_usd")]
+
+
 def dearest(runs: Sequence[StoredRun], most: int) -> list[Dear]:
     """At most that many deliveries, the one that lost most first.
 
@@ -36,18 +45,11 @@ def dearest(runs: Sequence[StoredRun], most: int) -> list[Dear]:
                 continue
             only = run.only(stack.name)
             earned = margins(stack.rows, run.prices())
-            episodes = values(stack.rows, "episode")
-            if earned is None:
-                injuries = values(stack.rows, "pedestrian_injury_usd")
-                found += [
-                    (-(injury or 0.0), Dear(only, episode, None))
-                    for episode, injury in zip(episodes, injuries, strict=True)
-                ]
-            else:
-                found += [
-                    (margin, Dear(only, episode, margin))
-                    for episode, margin in zip(episodes, earned.tolist(), strict=True)
-                ]
+            episodes, ranks = values(stack.rows, "episode"), earned_of(stack.rows, earned)
+            found += [
+                (rank, Dear(only, episode, None if earned is None else rank))
+                for episode, rank in zip(episodes, ranks, strict=True)
+            ]
     found.sort(key=lambda each: each[0])
     return [each for _, each in found[:most]]
 

@@ -37,6 +37,11 @@ def paired_rows(first: Side, second: Side) -> tuple[Sequence[Row], Sequence[Row]
     return take(first.stack.rows, own), take(second.stack.rows, other)
 
 
+def missions_of(side: Side) -> frozenset[tuple[Any, ...]]:
+    """What identifies the missions that a side drove."""
+    return frozenset(_keys(side.stack.rows))
+
+
 def have_common_missions(first: Side, second: Side) -> bool:
     """Whether both drove one mission at least."""
     return bool(_pair(first.stack.rows, second.stack.rows))

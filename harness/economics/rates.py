@@ -31,10 +31,10 @@ class Exposure:
     key: str
     column: str  # of ``episodes.parquet``
     per_unit: float  # of the column's unit
-    least: float = 0.0  # of the column's unit, up to which nothing was driven
+    least: float = 0.0  # of the column's unit a delivery, up to which nothing was driven
 
 
-STOOD = 1.0  # [m] in all, which a robot that stands is pushed or settles
+STOOD = 0.5  # [m] a delivery, by which a robot that stands is pushed or settles
 PER_1000_KM = Exposure("1000 km", "1000_km", "distance_m", 1000.0 * THOUSAND, STOOD)
 PER_1000_H = Exposure("1000 h", "1000_h", "duration_s", SECONDS_PER_HOUR * THOUSAND)
 EXPOSURES = (PER_1000_KM, PER_1000_H)
@@ -97,7 +97,7 @@ def event_rates(rows: Sequence[Row], prices: Prices) -> dict[str, Interval]:
     found = {}
     for exposure in EXPOSURES:
         driven = sum(amount or 0.0 for amount in values(rows, exposure.column))
-        units = driven / exposure.per_unit if driven > exposure.least else 0.0
+        units = driven / exposure.per_unit if driven > exposure.least * len(rows) else 0.0
         for name, rate in EVENT_RATES.items():
             key = f"{name}_per_{exposure.key}"
             found[key] = poisson_rate(rate.weights(rows, prices), units)
@@ -122,7 +122,7 @@ def margin_per_km(
     """
     distances = np.array([metres or 0.0 for metres in values(rows, "distance_m")]) / THOUSAND
     total = float(distances.sum())
-    if total <= STOOD / THOUSAND:
+    if total <= len(rows) * STOOD / THOUSAND:
         return Interval(None, None, None, len(rows))
     value = float(margins.sum()) / total
     if clusters.max() == 0:

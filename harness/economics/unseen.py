@@ -24,6 +24,9 @@ from navstack.types import FloatArray
 _IMPULSES, _MASS = np.linspace(0.5, 5000.0, 10_000), 50.0
 
 
+_LEAST = 1e-3  # [N s] a contact, if rules let the softest count
+
+
 @dataclass(frozen=True, slots=True)
 class ContactLimits:
     """What a world and its rules let the counted contacts of a delivery come to."""
@@ -93,10 +96,11 @@ def _dearest_injuries(prices: Prices, limits: ContactLimits, accounting: str) ->
     cost_of = injury_price(accounting)
     if ACCOUNTINGS[accounting][0] != COUNTED:
         return float(cost_of(impulses, prices).max())
-    hits = np.clip(impulses, limits.least, max(limits.least, limits.most))
+    softest = max(limits.least, min(impulses[0], limits.health))
+    hits = np.append(np.clip(impulses, softest, max(softest, limits.most)), softest)
     costs = cost_of(hits, prices)
-    is_borne = hits <= max(limits.least, limits.health)
-    usd_per_ns = (costs / hits)[is_borne].max()
+    is_borne = hits <= max(softest, limits.health)
+    usd_per_ns = (costs[is_borne] / np.maximum(hits[is_borne], _LEAST)).max()
     return float(costs.max() + usd_per_ns * limits.health)
 
 

@@ -119,7 +119,7 @@ def _told(
     found: list[Evidence] = []
     legs = legs_of(task)
     there = [leg for leg, way in zip(driven, legs, strict=False) if not way.is_back]
-    ending = len(driven) - 1  # nobody drives on from a leg that failed
+    ending = len(there) - 1  # nobody drives on from a leg that failed
     if mission["outcome"] == SPOILED:
         ending = spoiling_leg(mission, there, rules)
     for number, (leg, own) in enumerate(zip(driven, weighed, strict=True)):
@@ -133,10 +133,10 @@ def _told(
             "reason": "arrived",
             "way_back": None,
         }
-        if number == len(driven) - 1 and mission["way_back"]:
-            row |= {"way_back": mission["way_back"], "reason": delivery.row["reason"]}
         if number == ending:
             row |= {key: mission[key] for key in ("outcome", "reason")}
+        if number == len(driven) - 1 and legs[number].is_back:
+            row |= {"way_back": mission["way_back"], "reason": delivery.row["reason"]}
         events = [{**dict.fromkeys(EVENT_COLUMNS), **event} for event in delivery.events]
         events.sort(key=lambda event: event["stamp_s"])
         evidence = evidence_of(run, row, events, delivery.recording, decisions, own, DRIVEN_AGAIN)

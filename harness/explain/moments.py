@@ -100,18 +100,10 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
         stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](
             evidence, rules
         )
-        counted = [event for event in evidence.events if event["type"] == COUNTED]
-        found.append(
-            (
-                outcome,
-                stamp,
-                cost,
-                counted[-1] if counted and evidence.row["reason"] == IMPULSE else None,
-            )
-        )
+        found.append((outcome, stamp, cost, _last_hit(evidence)))
     if _fetched_back(evidence.row):
         repair = costs_of(evidence.row, prices)["repair"]
-        found.append((ASSISTANCE, _end_of(evidence, rules), repair, None))
+        found.append((ASSISTANCE, _end_of(evidence, rules), repair, _last_hit(evidence)))
     found.sort(key=lambda each: each[1])
     return [Moment(number, *each) for number, each in enumerate(found, start=1)]
 
@@ -119,6 +111,12 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
 def costliest(moments: Sequence[Moment]) -> Moment:
     """The moment that cost most, the first of equals."""
     return max(moments, key=lambda moment: moment.cost or 0.0)
+
+
+def _last_hit(evidence: Evidence) -> Row | None:
+    """The counted contact that used up the robot's health; None: something else ended it."""
+    counted = [event for event in evidence.events if event["type"] == COUNTED]
+    return counted[-1] if counted and evidence.row["reason"] == IMPULSE else None
 
 
 def _ended_badly(row: Row) -> bool:

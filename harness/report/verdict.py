@@ -1,6 +1,5 @@
 """What deliveries prove, in sentences, and what would decide where they prove nothing."""
 
-import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -55,18 +54,18 @@ def rankings(parties: Sequence[Party]) -> list[str]:
     if not others:
         return []
     found = [compare(side, known[0][1], [MARGIN]) for _, side in others]
-    pairs = as_one_family(found, [known[0][1], *(side for _, side in others)])
+    family = as_one_family(found, [side for _, side, _ in known])
     best, _, margin = known[0]
     lines = []
-    for (name, _), each, pair in zip(others, found, pairs, strict=True):
+    for (name, _), each, pair in zip(others, found, family.pairs, strict=True):
         if not pair.differs:
             lines.append(_alike(f"{best} and {name}", margin, each))
             continue
         span = wider(pair.difference, each.unseen)
         told = f"{interval_text(span)} USD a delivery more over {counted(span.n, 'mission')}, p "
         told += p_text(pair.p_holm)
-        if len(others) > 1:
-            told += f" adjusted for {math.comb(len(others) + 1, 2)} comparisons"
+        if family.size > 1:
+            told += f" adjusted for {family.size} comparisons"
         if pair.is_significant and span.low is not None and span.low <= 0.0:
             line = f"{best} earned more than {name} on these missions: {told}{DOUBT}"
         elif pair.is_significant:

@@ -1,6 +1,7 @@
 """What is looked at before a study begins: bad input, and what the user should know."""
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -46,13 +47,13 @@ def check(study: Study) -> list[str]:
     notes = [f"{stack.name} {stack.body}" for stack in study.stacks if stack.body]
     deliveries = [_first_delivery(study, number) for number in range(len(study.stacks))]
     compile_ahead(study.stacks)  # bad input is one line, at once; what follows takes most kernels
+    if study.template.start is None:
+        notes += start_notes(study.stacks, [parts.robot for parts in deliveries])
     for stack, parts in zip(study.stacks, deliveries, strict=True):
         parts.brain(parts.world())
         if parts is deliveries[0]:
             notes += crowd_notes(study, parts) + leg_notes(study)
         notes += sensor_notes(stack, parts.scene)
-        if study.template.start is None:
-            notes += start_notes(parts.robot, stack.name)
         if stack.is_nav2:
             nav2 = parts.nav2
             notes += notes_on_file(nav2, stack.name)
@@ -139,14 +140,19 @@ def leg_notes(study: Study) -> list[str]:
     return [note]
 
 
-def start_notes(robot: RobotParams, stack: str) -> list[str]:
+def start_notes(stacks: Sequence[Stack], robots: Sequence[RobotParams]) -> list[str]:
     """A note where a robot reaches farther than missions are drawn from what is solid."""
-    reach = float(np.hypot(*robot.polygon.T).max())
-    if reach <= CLEARANCE:
+    reaches = {
+        stack.name: float(np.hypot(*robot.polygon.T).max())
+        for stack, robot in zip(stacks, robots, strict=True)
+    }
+    long = max(reaches, key=lambda name: reaches[name])
+    if reaches[long] <= CLEARANCE:
         return []
     return [
-        f"{stack}: the robot reaches {reach:.2f} m from where it starts, and missions keep only "
-        f"{CLEARANCE:g} m from obstacles: some may begin inside one; --start X,Y,YAW checks a place"
+        f"the robot of {long} reaches {reaches[long]:.2f} m from where it starts, and missions "
+        f"keep only {CLEARANCE:g} m from obstacles: some may begin inside one; --start X,Y,YAW "
+        "chooses a place"
     ]
 
 

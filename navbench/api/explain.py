@@ -45,7 +45,7 @@ from navbench.api.runs import Run
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 
-SHORTEST, LONGEST = 0.2, 60.0  # [s] before an event
+LEAST_BEFORE, MOST_BEFORE = 0.2, 60.0  # [s] shown before an event
 
 
 @dataclass(frozen=True)
@@ -172,8 +172,8 @@ def _check_choices(event: int | None, before: float | None) -> None:
     """
     if event is not None and event < 1:
         raise InputError(f"--event {event}: events are counted from 1")
-    if before is not None and not SHORTEST <= before <= LONGEST:
-        raise InputError(f"--before {before}: allowed is {SHORTEST:g} to {LONGEST:g} s")
+    if before is not None and not LEAST_BEFORE <= before <= MOST_BEFORE:
+        raise InputError(f"--before {before}: allowed is {LEAST_BEFORE:g} to {MOST_BEFORE:g} s")
 
 
 def _check_leg(run: StoredRun, leg: int | None, rewind: Sequence[str]) -> None:

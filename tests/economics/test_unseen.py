@@ -105,6 +105,22 @@ def test_what_counts_softly_may_happen_often() -> None:
     assert long.most - short.most == pytest.approx(3.0 * float(injury_costs(50.0, prices)))
 
 
+@pytest.mark.parametrize(
+    "limits",
+    [
+        ContactLimits(least=0.01, health=0.01),  # the rules of BARN's challenge
+        ContactLimits(least=0.1, health=0.4),
+        ContactLimits(least=0.0, health=1e-9),
+        ContactLimits(least=0.0, most=0.0, health=0.0),
+    ],
+)
+@pytest.mark.parametrize("mass", [1.0, 50.0, 20_000.0])
+def test_any_limits_have_a_reach(limits: ContactLimits, mass: float) -> None:
+    prices = with_values(load_prices(), {"robot_mass": mass})
+    found = reach_of_loss(prices, limits)
+    assert found.least < found.most < 1e6
+
+
 def test_whole_contacts_have_no_limit() -> None:
     """Accountings without threshold pay for all impacts of a contact together."""
     prices, limits = load_prices("costnav"), ContactLimits(most=100.0, property=())

@@ -244,6 +244,11 @@ def test_a_court_of_a_building_is_free(tmp_path: Path) -> None:
     pieces = [shapely.Polygon(each.polygon) for each in load_scene(tmp_path / "m.yaml").obstacles]
     assert sum(piece.area for piece in pieces) == pytest.approx(64.0)
     assert not any(piece.contains(shapely.Point(7.0, 7.0)) for piece in pieces)
+    for bad in ([[4, 4], [5, 5]], [[4, 4], [4, float("nan")], [5, 5], [4, 4]], [[4, 4]] * 10_000):
+        feature["geometry"]["coordinates"][1] = bad  # type: ignore[index]
+        (tmp_path / "m.geojson").write_text(json.dumps({"features": [feature]}))
+        with pytest.raises(MapError, match="feature 0: a polygon has 4 to"):
+            load_scene(tmp_path / "m.yaml")
     zone = hollow("zone", kind="road")
     (tmp_path / "m.geojson").write_text(json.dumps({"features": [zone]}))
     with pytest.raises(MapError, match="a zone has no holes; cut it in two"):

@@ -116,7 +116,8 @@ def test_a_file_has_one_line_of_notes_and_a_shipped_one_none(tmp_path: Path) -> 
 def test_a_long_robot_is_told_where_its_missions_may_begin() -> None:
     params = shipped("params") / "robots"
     robot = load_dataclass(RobotParams, params / "segway_e1.yaml")
-    assert start_notes(robot, "mine") == []
+    stacks = [load_stack(name) for name in ("nav2-gps", "parked")]
+    assert start_notes(stacks, [robot, robot]) == []
     long = ((0.9, 0.5), (0.9, -0.5), (-1.34, -0.5), (-1.34, 0.5))
-    (note,) = start_notes(dataclasses.replace(robot, footprint=long), "mine")
-    assert note.startswith("mine: the robot reaches 1.43 m from where it starts")
+    (note,) = start_notes(stacks, [robot, dataclasses.replace(robot, footprint=long)])
+    assert note.startswith("the robot of parked reaches 1.43 m from where it starts")

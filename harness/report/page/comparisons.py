@@ -44,8 +44,8 @@ def comparisons(entries: Sequence[PageEntry]) -> list[Json]:
     pairs = [pair for pair in pairs if have_common_missions(pair[0].side, pair[1].side)]
     found = [compare(first.side, second.side) for first, second in pairs]
     earning = [each for each in found if MARGIN in each.differences]
-    sides = [entry.side for entry in entries if entry.margin is not None]
-    margins = dict(zip(map(id, earning), as_one_family(earning, sides), strict=True))
+    family = as_one_family(earning, [entry.side for entry in entries if not entry.no_margin])
+    margins = dict(zip(map(id, earning), family.pairs, strict=True))
     return [
         _comparison(first, second, result, margins.get(id(result)))
         for (first, second), result in zip(pairs, found, strict=True)

@@ -104,6 +104,7 @@ def report_page(
         missions=missions_of(entries),
         contacts=contacts_of(entries),
         trajectories=ways,
+        reel=REEL,
         hasDearest=has_dearest(carried, entries, REEL),
         basis=basis(entries, [*notes, *troubles]),
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from harness.analysis.compare import side_of
+from harness.analysis.dearest import earned_of
 from harness.economics.cost_terms import COST_LABELS
 from harness.report.page.deliveries import contacts, money_of, recording_of, rounded, trajectory
 from harness.report.page.entries import PageEntry, entries_of
@@ -35,6 +36,7 @@ class Recorded:
     entry: PageEntry
     index: int  # of its row among the entry's
     path: Path
+    earned: float  # [USD] by which it is ranked; see :func:`earned_of`
     is_again: bool = False  # driven again for this page, as one of the dearest
 
     @property
@@ -42,23 +44,11 @@ class Recorded:
         """Of ``episodes.parquet``."""
         return self.entry.stack.rows[self.index]
 
-    @property
-    def loss(self) -> float:
-        """What it lost [USD]; what earns most comes last."""
-        return losses(self.entry)[self.index]
-
-
-def losses(entry: PageEntry) -> list[float]:
-    """What each delivery of a stack lost [USD]: without cargo what its contacts cost."""
-    if entry.margin is not None:
-        return [-float(margin) for margin in entry.margin]
-    return [row["pedestrian_injury_usd"] or 0.0 for row in entry.stack.rows]
-
 
 def has_dearest(recorded: Sequence[Recorded], entries: Sequence[PageEntry], number: int) -> bool:
     """Whether the dearest so many deliveries of all are among those that are recorded."""
-    of_all = sorted((loss for entry in entries for loss in losses(entry)), reverse=True)
-    of_recorded = sorted((each.loss for each in recorded), reverse=True)
+    of_all = sorted(usd for entry in entries for usd in earned_of(entry.stack.rows, entry.margin))
+    of_recorded = sorted(each.earned for each in recorded)
     return of_recorded[:number] == of_all[: min(number, len(of_recorded))]
 
 
@@ -73,11 +63,14 @@ def recorded_of(entries: Sequence[PageEntry], again: Again | None = None) -> lis
         folder, name = entry.run.folder, entry.stack.name
         if Path(name).name != name:
             continue
+        earned = earned_of(entry.stack.rows, entry.margin)
         for index, row in enumerate(entry.stack.rows):
             driven = (again or {}).get((folder, name, row["episode"]))
             path = driven or recording_of(entry, row["episode"])
             if path.is_file():
-                found.append(Recorded(number, entry, index, path, driven is not None))
+                found.append(
+                    Recorded(number, entry, index, path, earned[index], driven is not None)
+                )
     return found
 
 
@@ -88,7 +81,7 @@ def chosen(recorded: Sequence[Recorded], most: int) -> list[Recorded]:
     """
     turns: Counter[int] = Counter()  # of each stack so far
     queue: list[tuple[bool, int, Recorded]] = []
-    for each in sorted(recorded, key=lambda each: (-each.loss, each.row["episode"])):
+    for each in sorted(recorded, key=lambda each: (each.earned, each.row["episode"])):
         queue.append((not each.is_again, turns[each.number], each))
         turns[each.number] += 1
     queue.sort(key=lambda waiting: waiting[:2])  # of one turn the costliest first
@@ -108,7 +101,7 @@ def replay(recorded: Recorded, fineness: Fineness = COARSE) -> Json:
         "episode": row["episode"],
         "map": entry.map_label,
         "outcome": row["outcome"],
-        "loss": rounded(recorded.loss, 4),
+        "earned": rounded(recorded.earned, 4),
         "duration": rounded(row["duration_s"]),
         "start": [row["start_x_m"] - entry.origin[0], row["start_y_m"] - entry.origin[1]],
         "goal": [row["goal_x_m"] - entry.origin[0], row["goal_y_m"] - entry.origin[1]],
@@ -181,7 +174,8 @@ def one_recorded(run: StoredRun, episode: int, path: Path) -> Recorded:
     entry = entries_of([run])[0]
     for index, row in enumerate(entry.stack.rows):
         if row["episode"] == episode:
-            return Recorded(0, entry, index, path)
+            earned = earned_of(entry.stack.rows, entry.margin)[index]
+            return Recorded(0, entry, index, path, earned)
     raise InputError(
         f"{run.folder}: {stack} finished no episode {episode}; "
         f"it has {len(entry.stack.rows)} others"

@@ -65,7 +65,7 @@ class CargoParams(Parameters, whose="cargo"):
         return self.place
 
     def wakes_at(self, gravity: float) -> float:
-        """From how many m/s2 of the bucket on its pieces are simulated: where nothing slides."""
+        """The bucket's acceleration [m/s2] from which pieces are simulated; none slides below."""
         frictions = [self.friction]
         if self.bucket == "free":
             frictions.append(self.bucket_friction)

@@ -83,16 +83,21 @@ def load_objects(path: Path) -> tuple[tuple[Obstacle, ...], tuple[Zone, ...], st
 
 
 def _polygon(feature: dict[str, Any], where: str) -> shapely.Polygon:
-    ring = np.array(feature["geometry"]["coordinates"][0], dtype=float)
-    if ring.ndim != 2 or not 4 <= len(ring) <= MAX_CORNERS or not (np.abs(ring) <= FARTHEST).all():
+    rings = [np.array(ring, dtype=float) for ring in feature["geometry"]["coordinates"]]
+    if not all(map(_is_ring, rings)) or sum(map(len, rings)) > MAX_CORNERS:
         raise MapError(
             f"{where}: a polygon has 4 to {MAX_CORNERS} points (the first again at the end) in "
             "metres"
         )
-    polygon = shapely.Polygon(ring, feature["geometry"]["coordinates"][1:])
+    polygon = shapely.Polygon(rings[0], rings[1:])
     if feature["geometry"]["type"] != "Polygon" or not polygon.is_valid:
         raise MapError(f"{where}: is not a valid polygon of at least three points in metres")
     return polygon
+
+
+def _is_ring(corners: FloatArray) -> bool:
+    is_one = corners.ndim == 2 and len(corners) >= 4
+    return is_one and bool((np.abs(corners) <= FARTHEST).all())
 
 
 def _zone(feature: dict[str, Any], where: str) -> Zone:

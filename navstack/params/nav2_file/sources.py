@@ -94,10 +94,7 @@ def monitor_notices(parameters: Parameters) -> list[Notice]:
 
 
 def missing_of_monitor(entries: Mapping[str, ParameterEntry]) -> Iterator[Notice]:
-    """What a collision monitor lacks of that which Jazzy declares without a default.
-
-    Of ``polygons`` Humble has one: none of them.
-    """
+    """What a collision monitor lacks of that which Nav2 declares without a default."""
     lines = [entry.line for entry in entries.values() if entry.line]
     needed = ["polygons", "observation_sources"]
     for zone in names_of(entries, "polygons"):
@@ -106,4 +103,6 @@ def missing_of_monitor(entries: Mapping[str, ParameterEntry]) -> Iterator[Notice
     for name in needed:
         if name not in entries:
             message = "is missing; Nav2's collision monitor does not start without it"
+            if name == "polygons":
+                message += " (Humble's starts, without a zone)"
             yield Notice("missing-value", f"{MONITOR}: {name}", message, line=min(lines, default=0))

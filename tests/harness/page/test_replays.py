@@ -1,11 +1,13 @@
 """Which deliveries a page replays."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from harness.analysis.dearest import earned_of
 from harness.report.page.replays import Recorded, chosen, has_dearest
 
 
@@ -19,7 +21,8 @@ def entry(margins: list[float] | None, injuries: tuple[float, ...] = ()) -> Any:
 
 
 def recorded(number: int, entry: Any, index: int, is_again: bool = False) -> Recorded:
-    return Recorded(number, entry, index, Any, is_again)  # type: ignore[arg-type]
+    earned = earned_of(entry.stack.rows, entry.margin)[index]
+    return Recorded(number, entry, index, Path(), earned, is_again)
 
 
 def test_of_many_stacks_the_dearest_deliveries_are_kept() -> None:

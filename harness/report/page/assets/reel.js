@@ -1,11 +1,10 @@
 // The dearest deliveries side by side: each plays around its dearest moment, again and again.
-const REEL = 3;  // deliveries
 const [LEAD, TRAIL] = [8, 3];  // [s] before and after the dearest moment
 const REEL_METRES = 16;  // that a view shows
 const CALM = matchMedia('(prefers-reduced-motion: reduce)').matches;
 
 function reel(open) {
-  const numbers = [...DATA.replays.keys()].sort((a, b) => DATA.replays[b].loss - DATA.replays[a].loss).slice(0, REEL);
+  const numbers = [...DATA.replays.keys()].sort((a, b) => DATA.replays[a].earned - DATA.replays[b].earned).slice(0, DATA.reel);
   if (!numbers.length) return null;
   const views = numbers.map(number => reelView(number, open));
   const state = { playing: !CALM, last: 0 };
