@@ -320,6 +320,7 @@ class NavigateToPose:
         self._recoveries_before = self._counts.recoveries
         self._following = self._plan_retried = self._control_retried = False
         self._plan_error = self._control_error = ""
+        self._recoveries.restart()  # a tree is halted after every goal
         self._next_plan = now
         self.status = Status.RUNNING
 

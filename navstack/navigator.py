@@ -200,7 +200,8 @@ class Navigator:
         return tuple(self._tracker.tracks(self._stamp))
 
     def send_again(self) -> None:
-        """Take the goal once more, where it was given up."""
+        """Take the goal once more, where it was given up, with all patience."""
+        self._lost_since = None
         self._tree.try_again(self._stamp)
 
     def tick(self, observation: Observation) -> Twist2D:

@@ -46,13 +46,17 @@ class RoundRobin:
         self._actions = actions
         self.reset()
 
-    def reset(self) -> None:
-        """Start with the first action again."""
+    def restart(self) -> None:
+        """Begin with the first action again, as for another goal; counts go on."""
         self._next = self._current = 0
         self._failures = 0  # in a row
+        self.last_failure: BehaviorError | None = None
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.restart()
         self.begun = [0] * len(self._actions)  # how often each action was begun
         self.failed = 0  # how many of them failed
-        self.last_failure: BehaviorError | None = None
 
     @property
     def current(self) -> str:

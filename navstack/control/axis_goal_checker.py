@@ -1,4 +1,4 @@
-"""Goals reached along the path and across it (``axis_goal_checker.cpp`` of Nav2 Lyrical)."""
+"""Goals reached along the path and across it (``axis_goal_checker.cpp`` of Nav2 main)."""
 
 import math
 

@@ -36,7 +36,10 @@ class StoppedGoalCheckerParams(SimpleGoalCheckerParams):
 
 @dataclass(frozen=True, slots=True)
 class AxisGoalCheckerParams(Parameters):
-    """``axis_goal_checker.cpp`` of Nav2 Lyrical; directions are those of the path's end."""
+    """``axis_goal_checker.cpp`` of Nav2 main; directions are those of the path's end.
+
+    Lyrical's takes the direction of the path's last piece, however short.
+    """
 
     along_path_tolerance: Positive = 0.25  # [m]
     cross_track_tolerance: Positive = 0.25  # [m]

@@ -96,6 +96,8 @@ class Tracker:
         reported = np.flatnonzero(self._hits >= self._params.min_hits)
         if not len(reported) or self._stamp is None:
             return []
+        if stamp - self._stamp > self._params.max_coasting:  # scans have stopped
+            return []
         frame = self._map_to_odom
         states, covariances = turned(
             *self._filter.ahead(reported, max(stamp - self._stamp, 0.0)), frame.yaw

@@ -278,6 +278,7 @@ def test_a_goal_that_is_sent_again_has_all_retries_again() -> None:
     assert rig.tree.status is Status.FAILED
     rig.tree.try_again(30.0)
     assert rig.tick() == DRIVE
+    assert (rig.tree._recoveries._next, rig.tree._recoveries._failures) == (0, 0)
     assert rig.tree.status is Status.RUNNING
     assert rig.tree.trouble.gave_up == ""
     assert rig.tree.trouble.history.endswith("30.0 s the goal is sent again")

@@ -321,6 +321,49 @@ def test_a_file_with_errors_is_linted_as_far_as_it_can_be_read(robot_with):
     assert "unusable" not in notices
 
 
+def zone(points, action="stop", **more):
+    return {"type": "polygon", "action_type": action, "points": points, **more}
+
+
+@pytest.mark.parametrize(
+    ("action", "kind"), [("stop", "short-stop-zone"), ("slowdown", "hidden-slow-zone")]
+)
+def test_a_zone_behind_the_robot_need_not_reach_ahead(robot_with, action, kind):
+    behind = "[[-0.3, 0.4], [-0.3, -0.4], [-1.2, -0.4], [-1.2, 0.4]]"
+    inside = "[[0.1, 0.05], [0.1, -0.05], [-0.1, -0.05], [-0.1, 0.05]]"
+    for points, is_told in ((behind, False), (inside, True)):
+        nav2 = robot_with(
+            {"collision_monitor.polygons": ["Mine"], "collision_monitor.Mine": zone(points, action)}
+        )
+        assert (kind in found(nav2)) == is_told, points
+
+
+def test_the_number_of_points_that_counts_is_judged(robot_with):
+    """Nav2 takes max_points, where it is given, in place of min_points."""
+    points = "[[2.0, 0.4], [2.0, -0.4], [-0.5, -0.4], [-0.5, 0.4]]"
+    for more, is_told in (({"min_points": 0}, True), ({"min_points": 0, "max_points": 3}, False)):
+        mine = zone(points, **more)
+        nav2 = robot_with({"collision_monitor.polygons": ["Mine"], "collision_monitor.Mine": mine})
+        assert ("triggered-by-nothing" in found(nav2)) == is_told
+
+
+def test_a_source_that_is_off_is_never_overdue(robot_with):
+    scan = "collision_monitor.scan"
+    for is_on in (True, False):
+        nav2 = robot_with({f"{scan}.source_timeout": 0.0005, f"{scan}.enabled": is_on})
+        assert ("overdue-scan" in found(nav2)) == is_on
+
+
+def test_behaviors_pass_the_smoother_since_jazzy(robot_with, monkeypatch):
+    changes = {"velocity_smoother.min_velocity": [0.0, 0.0, -2.5]}
+    for release, is_told in (("jazzy", True), ("humble", False)):
+        monkeypatch.setattr(
+            "navstack.params.nav2_file.file.release_of", lambda names, release=release: release
+        )
+        assert ("no-way-back" in found(robot_with(changes))) == is_told
+    assert "no-way-back" not in found(robot_with({}))
+
+
 def test_a_smoother_that_turns_right_more_slowly_than_dwb_is_told(robot_with):
     slow = robot_with({"velocity_smoother.min_velocity": [-0.5, 0.0, -0.5]})
     notice = found(slow)["smoother-caps"]

@@ -120,7 +120,9 @@ def test_an_axis_that_moves_needs_three_samples(given, keys):
     ],
 )
 def test_a_deadband_is_large_beyond_a_quarter_of_the_top_speed(top_speed, linear, angular, count):
-    subject = SimpleNamespace(number=lambda node, name, usual: usual, has=lambda node: True)
+    subject = SimpleNamespace(
+        number=lambda node, name, usual: usual, has=lambda node: True, smooths_behaviors=True
+    )
     smoother = VelocitySmootherParams(deadband_velocity=(linear, 0.0, angular))
     assert len([*large_deadband.check(subject, smoother, top_speed)]) == count
 

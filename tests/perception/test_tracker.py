@@ -133,6 +133,10 @@ def test_a_track_is_told_of_after_some_hits_and_ends_after_some_time() -> None:
     assert tracker.tracks(1.1) == []
     tracker.reset()
     follow(tracker, 0.5, lambda t: [(2.0, 0.0)])
+    assert tracker.tracks(0.5 + TrackerParams().max_coasting)
+    assert tracker.tracks(30.0) == [], "no scan has come since"
+    tracker.reset()
+    follow(tracker, 0.5, lambda t: [(2.0, 0.0)])
     assert [t.id for t in tracker.tracks(0.5)] == [0]
 
 
@@ -151,13 +155,13 @@ def test_a_jump_of_the_belief_gives_nobody_a_speed() -> None:
 def test_tracks_are_predicted_and_old_scans_left_out() -> None:
     tracker = Tracker(TrackerParams(), empty_map())
     (now,) = follow(tracker, 3.0, lambda t: [(-2.0 + t, 2.0)])
-    (later,) = tracker.tracks(4.0)
-    assert later.stamp == 4.0
-    assert (later.x, later.y) == pytest.approx((now.x + now.vx, now.y + now.vy))
+    (later,) = tracker.tracks(3.5)
+    assert later.stamp == 3.5
+    assert (later.x, later.y) == pytest.approx((now.x + 0.5 * now.vx, now.y + 0.5 * now.vy))
     assert later.covariance[0, 0] > now.covariance[0, 0]
     tracker.observe(scan_of(3.0, Pose2D(), [(9.0, 9.0)]), Pose2D(), Pose2D())
     tracker.observe(scan_of(1.0, Pose2D(), [(9.0, 9.0)]), Pose2D(), Pose2D())
-    (same,) = tracker.tracks(4.0)
+    (same,) = tracker.tracks(3.5)
     assert same.x == later.x
     assert same.y == later.y
 

@@ -88,6 +88,8 @@ def overdue_scan(subject: Subject) -> Iterator[Finding]:
     """
     shared = subject.number(MONITOR, "source_timeout", 2.0)
     for name in subject.names(MONITOR, "observation_sources"):
+        if subject.value(MONITOR, f"{name}.enabled", True) is False:
+            continue
         key = f"{name}.source_timeout"
         if subject.value(MONITOR, key) is None:
             key = "source_timeout"
@@ -105,12 +107,12 @@ def triggered_by_nothing(subject: Subject) -> Iterator[Finding]:
     for name in subject.names(MONITOR, "polygons"):
         action = subject.value(MONITOR, f"{name}.action_type")
         is_on = subject.value(MONITOR, f"{name}.enabled", True)
-        for key, least in (("min_points", 1), ("max_points", 0)):
-            points = subject.number(MONITOR, f"{name}.{key}", least)
-            if is_on and action in ("stop", "approach") and points < least:
-                yield Finding(
-                    f"{name}.{key}", f"{key} is {points:g}", f"{key}: {least + 3}", MONITOR
-                )
+        key, least = "min_points", 1
+        if subject.value(MONITOR, f"{name}.max_points") is not None:  # which then counts alone
+            key, least = "max_points", 0
+        points = subject.number(MONITOR, f"{name}.{key}", least)
+        if is_on and action in ("stop", "approach") and points < least:
+            yield Finding(f"{name}.{key}", f"{key} is {points:g}", f"{key}: {least + 3}", MONITOR)
 
 
 @RULES.error

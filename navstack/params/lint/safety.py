@@ -3,11 +3,14 @@
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from navstack.errors import ParameterError
 from navstack.params.collision_monitor import parse_polygon
 from navstack.params.lint.costmap_view import CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, below
 from navstack.params.lint.subject import MONITOR, Subject
+from navstack.types import FloatArray
 
 LARGEST_INT = 2**31 - 1  # min_points is a C++ int
 MANY_POINTS = 10_000  # in a zone at once: more than any planar lidar has in all
@@ -75,7 +78,9 @@ def short_stop_zone(subject: Subject, local: CostmapView, top_speed: float) -> I
     distance = top_speed * top_speed / (2.0 * braking)
     for name in _zones(subject, "stop"):
         reach = _reach_ahead(subject, name)
-        if reach is not None and reach - front < distance - 1e-9:
+        if reach is None or _guards_elsewhere(subject, name, local):
+            continue
+        if reach - front < distance - 1e-9:
             yield Finding(
                 _shape(subject, name),
                 f"the zone reaches {reach:.2f} m ahead of the base, {reach - front:.2f} m beyond "
@@ -93,7 +98,9 @@ def hidden_slow_zone(subject: Subject, local: CostmapView) -> Iterator[Finding]:
     front = float(local.footprint[:, 0].max())
     for name in _zones(subject, "slowdown", "limit"):
         reach = _reach_ahead(subject, name)
-        if reach is not None and reach <= front:
+        if reach is None or _guards_elsewhere(subject, name, local):
+            continue
+        if reach <= front:
             yield Finding(
                 _shape(subject, name),
                 f"the zone reaches {reach:.2f} m ahead of the base, "
@@ -151,12 +158,31 @@ def _reach_ahead(subject: Subject, name: str) -> float | None:
     """
     if subject.value(MONITOR, f"{name}.type") == "circle":
         return subject.number(MONITOR, f"{name}.radius", 0.0)
+    corners = _corners(subject, name)
+    return None if corners is None else float(corners[:, 0].max())
+
+
+def _guards_elsewhere(subject: Subject, name: str, local: CostmapView) -> bool:
+    """Whether a zone reaches beyond the robot's sides or rear, and not ahead of it."""
+    corners, body = _corners(subject, name), local.footprint
+    if corners is None or subject.value(MONITOR, f"{name}.type") == "circle":
+        return False
+    if corners[:, 0].max() > body[:, 0].max():
+        return False
+    is_behind = corners[:, 0].min() < body[:, 0].min()
+    return bool(is_behind or np.abs(corners[:, 1]).max() > np.abs(body[:, 1]).max())
+
+
+def _corners(subject: Subject, name: str) -> FloatArray | None:
+    """The corners (N, 2) [m] of a fixed zone; None: it has none, or they are not readable."""
     points = subject.value(MONITOR, f"{name}.points")
     if isinstance(points, str):  # "[[x, y], ...]" since Jazzy
         try:
-            return float(parse_polygon(points)[:, 0].max())
+            return parse_polygon(points)
         except ParameterError:
             return None
-    if isinstance(points, list) and points:  # [x, y, x, y, ...] up to Iron
-        return max((float(x) for x in points[::2] if isinstance(x, int | float)), default=None)
+    if isinstance(points, list):  # [x, y, x, y, ...] up to Iron
+        numbers = [float(each) for each in points if isinstance(each, int | float)]
+        if numbers and len(numbers) == len(points) and len(numbers) % 2 == 0:
+            return np.reshape(numbers, (-1, 2))
     return None

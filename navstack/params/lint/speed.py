@@ -107,7 +107,7 @@ def large_deadband(
             f"at most {0.1 * top_speed:.2g} m/s; the drive itself may keep a larger one",
         )
     slowest = subject.number(BEHAVIORS, "min_rotational_vel", 0.4)
-    if subject.has(BEHAVIORS) and angular > slowest:
+    if subject.has(BEHAVIORS) and subject.smooths_behaviors and angular > slowest:
         yield Finding(
             "deadband_velocity",
             f"{angular:g} rad/s, "
@@ -124,11 +124,11 @@ def no_way_back(subject: Subject, smoother: VelocitySmootherParams) -> Iterator[
     """
     if smoother.min_velocity[0] < 0.0:
         return
-    behaviors = subject.names(BEHAVIORS, "behavior_plugins")
-    kinds = [str(subject.value(BEHAVIORS, f"{name}.plugin", "")) for name in behaviors]
     if subject.dwb is not None and subject.dwb.min_vel_x < 0.0:
         reason = "DWB's min_vel_x is negative"
-    elif any(kind.endswith("BackUp") for kind in kinds):
+    elif subject.smooths_behaviors and any(
+        kind.endswith("BackUp") for kind in subject.behavior_types
+    ):
         reason = "the BackUp recovery is listed"
     else:
         return

@@ -146,6 +146,17 @@ class Subject:
         )
 
     @property
+    def smooths_behaviors(self) -> bool:
+        """Whether commands of behaviors pass the velocity smoother: since Jazzy's launch files."""
+        return RELEASES.index(self.nav2.release) >= RELEASES.index("jazzy")
+
+    @cached_property
+    def behavior_types(self) -> tuple[str, ...]:
+        """Types of the behaviors that are available here, Nav2's own where none are listed."""
+        found = self._read(BEHAVIORS, views.read_behaviors) or []
+        return tuple(plugin.type for plugin in found)
+
+    @property
     def waits_for_costmaps(self) -> bool:
         """Whether the file is of a release that waits for a costmap as long as it takes."""
         return RELEASES.index(self.nav2.release) < RELEASES.index("jazzy")
