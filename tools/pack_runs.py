@@ -118,7 +118,8 @@ def _write(rows: pa.Table, out: Path | BinaryIO, split: list[str]) -> None:
 def _require_equal(runs: Sequence[Path], manifests: Sequence[dict[str, Any]]) -> None:
     for run, manifest in zip(runs, manifests, strict=True):
         for key in manifests[0] | manifest:
-            if key not in MAY_DIFFER and manifest.get(key) != manifests[0].get(key):
+            one, other = (each.get(key) or None for each in (manifest, manifests[0]))
+            if key not in MAY_DIFFER and one != other:  # of older runs a key may be missing
                 raise InputError(f"'{run}' has another {key} than '{runs[0]}': pack it apart")
 
 
