@@ -16,7 +16,7 @@ from ruamel.yaml import YAML
 from harness.task.made_files import made_file
 from navstack.errors import ParameterError
 from navstack.params.costmap import CostmapParams, robot_footprint
-from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, Subject
+from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, SMOOTHER, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_yaml
@@ -93,7 +93,7 @@ def _limits(subject: Subject) -> Limits:
 
     def most(default: float, axis: int, smoothed: str, *keys: str) -> float:
         values = [abs(subject.number(CONTROLLER, name + key, 0.0)) for key in keys]
-        if subject.smoother is not None:
+        if subject.smoother is not None and subject.has(SMOOTHER):  # its defaults know no robot
             values.append(abs(getattr(subject.smoother, smoothed)[axis]))
         sane = [value for value in values if 0.0 < value < 100.0]
         return max(sane, default=default)

@@ -115,9 +115,11 @@ def test_two_arms_are_compared_by_their_meetings(navbench, found: MeetingsArms) 
     status, text, _ = navbench("compare", first, second, "--json")
     document = json.loads(text)
     assert status == 0 and document["against"] == "ground_truth"
-    (difference,) = document["differences"]
+    difference = document["differences"]["contribution_margin"]
     (whole,) = (each for each in found.as_json()["differences"] if each["arm"] == "gps")
-    assert difference["value"] == whole["value"]
+    assert difference["value"] == whole["value"] and difference["p"] is not None
+    assert document["pairs"] == document["missions"] == difference["n"]
+    assert [document[side]["stack"] for side in "ab"] == ["ground_truth", "gps"]
     status, text, _ = navbench("compare", first, second)
     assert status == 0 and text.splitlines()[-1].startswith("next: navbench ablate --resume ")
 

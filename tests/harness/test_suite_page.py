@@ -344,7 +344,7 @@ def test_a_published_study_counts_every_row_that_is_stored():
     )
     text = (folder / "index.md").read_text(encoding="utf-8")
     assert all((folder / figure).is_file() for figure in re.findall(r"\((figures/[^)]+)\)", text))
-    assert f"all {stored} deliveries" in text or f"{stored} of" in text
+    assert f"Complete: {stored:,d} deliveries" in text or f"{stored} of" in text
 
 
 def test_partings_are_the_missions_on_which_all_stacks_earn_most_unlike_sums(study):
