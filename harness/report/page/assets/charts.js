@@ -36,7 +36,7 @@ function card(each, colour) {
     h('h3', {}, colour ? each.label : `${each.label}, as published`),
     h('div', { class: each.loses ? 'big loss' : 'big' }, known ? usd(each.margin.v) : 'undefined'),
     h('div', { class: 'unit' }, 'margin per delivery'),
-    h('div', { class: 'ci', 'data-tip': colour && 'One more delivery is admitted that loses up to what the dearest contact costs.' }, interval ? `95 % ${interval}` : colour ? 'no interval: too few, or all alike' : 'no interval published'),
+    h('div', { class: 'ci', 'data-tip': colour && 'One more delivery is admitted, which loses up to what world and rules allow.' }, interval ? `95 % ${interval}` : colour ? 'no interval: too few, or all alike' : 'no interval published'),
     h('dl', {}, facts.map(([name, value]) => [h('dt', {}, name), h('dd', {}, value)])));
 }
 
