@@ -13,7 +13,7 @@ from navstack.behaviors.behavior_server import BehaviorServer
 from navstack.control.controller import Controller
 from navstack.control.controller_server import ControllerServer
 from navstack.control.goal_checker import GoalChecker
-from navstack.control.progress_checker import ProgressChecker
+from navstack.control.progress_checker import NoProgressChecker, ProgressChecker
 from navstack.costmap.filters import FilterMask
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.map_io import load_map
@@ -126,6 +126,8 @@ class NavigatorParts:
     def progress_checker(self) -> ProgressChecker:
         """The progress checker."""
         plugin = read_progress_checker(self._nav2)
+        if plugin is None:
+            return NoProgressChecker()
         checker: ProgressChecker = PROGRESS_CHECKERS[plugin.type].create(plugin.params, parts={})
         return checker
 

@@ -20,6 +20,17 @@ class ProgressChecker(ABC):
         """Whether the robot, at ``pose`` at time ``stamp`` [s], has not been stuck for too long."""
 
 
+class NoProgressChecker(ProgressChecker):
+    """Of a file that lists none: the robot is never stuck (``controller_server.cpp``)."""
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+    def check(self, pose: Pose2D, stamp: float) -> bool:
+        """See the base class."""
+        return True
+
+
 class SimpleProgressChecker(ProgressChecker):
     """A least distance within a time allowance (``simple_progress_checker.cpp``)."""
 

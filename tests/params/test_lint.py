@@ -11,6 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from navstack.build import NavigatorParts
+from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.lint import lint
 from navstack.params.costmap import robot_footprint
 from navstack.params.lint.reader import MEANINGS
@@ -21,6 +23,7 @@ from navstack.params.nav2_file.file import inspect_nav2
 from navstack.params.nav2_file.nodes import default_path
 from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_yaml
+from navstack.types import Pose2D
 
 ROOT = Path(__file__).parents[2]
 BODY = RobotLimits(
@@ -310,6 +313,15 @@ def test_a_file_that_cannot_run_here_is_an_error_only_where_it_matters(robot_wit
         }
     )
     assert not [notice for notice in lint(spare) if notice.is_error]
+
+
+def test_a_file_may_have_no_progress_checker(robot_with):
+    """Jazzy allows it since January 2026: the robot is never stuck."""
+    nav2 = robot_with({"controller_server.progress_checker_plugins": []})
+    assert not [notice for notice in lint(nav2, BODY) if notice.is_error]
+    empty = OccupancyGrid(np.zeros((9, 9), np.int8), 0.1, Pose2D())
+    checker = NavigatorParts(nav2, empty).progress_checker
+    assert all(checker.check(Pose2D(), stamp) for stamp in (0.0, 1e6))
 
 
 def test_a_file_with_errors_is_linted_as_far_as_it_can_be_read(robot_with):

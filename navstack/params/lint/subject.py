@@ -300,7 +300,9 @@ class Subject:
         default = _DEFAULT_TYPES.get(name, "")
         return plugin_type(self.value(CONTROLLER, f"{name}.plugin", default))
 
-    def _plugin(self, view: Callable[[Nav2File], views.Plugin], kind: type[T]) -> Named[T] | None:
+    def _plugin(
+        self, view: Callable[[Nav2File], views.Plugin | None], kind: type[T]
+    ) -> Named[T] | None:
         """A plugin of the controller server, if its parameters are of a kind."""
         plugin = self._read(CONTROLLER, view)
         if plugin is None or not isinstance(plugin.params, kind):

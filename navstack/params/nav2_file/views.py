@@ -166,12 +166,14 @@ def read_goal_checker(nav2: Nav2File) -> Plugin:
     return _first(nav2, CONTROLLER, "goal_checkers", names)
 
 
-def read_progress_checker(nav2: Nav2File) -> Plugin:
-    """The progress checker: the first one listed.
+def read_progress_checker(nav2: Nav2File) -> Plugin | None:
+    """The progress checker: the first one listed; None: the list is empty, which Nav2 allows.
 
     As for the goal checker, Nav2 takes the only one or fails.
     """
     names = read_controller_server(nav2).progress_checker_plugins
+    if not names:
+        return None
     return _first(nav2, CONTROLLER, "progress_checkers", names)
 
 
