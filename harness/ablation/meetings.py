@@ -105,21 +105,13 @@ class MeetingsArms:
             key: {"folder": str(self.folder), "stack": stack.name}
             for key, stack in zip("ab", self.arms, strict=True)
         }
-        differences, unseen = {}, None
-        for each in self.differences:  # one, or none where no mission is finished
-            paired, unseen = each.paired, each.unseen
-            differences[each.metric] = {
-                **paired.difference.as_json(),
-                "p": paired.p,
-                "p_holm": paired.p_holm,
-                "pairs_needed": paired.needed,
-            }
+        differences = self.differences  # one, or none where no mission is finished
         return {
             **self.as_json(),
             **sides,
             "pairs": self.missions,
-            "differences": differences,
-            "margin_with_unseen": interval_json(unseen),
+            "differences": {each.metric: difference_document(each) for each in differences},
+            "margin_with_unseen": interval_json(differences[0].unseen if differences else None),
             "warnings": list(self.notes),
         }
 

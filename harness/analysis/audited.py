@@ -1,17 +1,13 @@
 """Two stacks as the auditor sees them."""
 
-import contextlib
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import Any
 
 from harness.analysis.pairing import paired_rows
 from harness.analysis.side import Side
 from harness.audit.auditor import Audit, audit
 from harness.audit.pairs import EVENTS, Conditions, pair_up
 from harness.metrics.columns import Row
-from harness.study.stored_run import StoredRun
-from navstack.errors import InputError
 
 GPS_ERRORS = ("position_std", "drift_std", "multipath_std")  # [m] of a file of sensors
 
@@ -43,19 +39,12 @@ def _with_events(side: Side, rows: Sequence[Row]) -> list[Row]:
 
 def _conditions(first: Side, second: Side) -> Conditions:
     run = second.run
-    sensors = _content(run, f"{second.stack.name}-sensors").get("gps", {})
+    sensors = run.kept_condition(f"{second.stack.name}-sensors").get("gps", {})
     usual = Conditions()
-    contacts, rules = _content(run, "world").get("contacts", {}), _content(run, "rules")
+    contacts, rules = run.kept_condition("world").get("contacts", {}), run.kept_condition("rules")
     return Conditions(
         threshold=contacts.get("counted_impulse", usual.threshold),
         spoiled_fraction=rules.get("spoiled_fraction", usual.spoiled_fraction),
         localizers=(first.stack.localizer, second.stack.localizer),
         has_exact_gps=bool(sensors) and not any(sensors.get(key) for key in GPS_ERRORS),
     )
-
-
-def _content(run: StoredRun, name: str) -> dict[str, Any]:
-    """A file of the run's parameters; empty where an older program has not kept it."""
-    with contextlib.suppress(InputError):
-        return dict(run.condition(name))
-    return {}

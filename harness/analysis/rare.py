@@ -1,8 +1,7 @@
 """Margins of stored runs with intervals that admit an unseen loss."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -27,7 +26,7 @@ FIRST_GUESS, GUESSES = 100, 5  # values of an interval, and steps of the search 
 def reach_of(run: StoredRun, prices: Prices | None = None, accounting: str = PUBLISHED) -> Reach:
     """What a delivery of a run could lose, at its prices or others, and in its world."""
     rows = (stack.rows for stack in run.stacks)
-    limits = contact_limits(_content(run, "world"), _content(run, "rules"), rows)
+    limits = contact_limits(run.kept_condition("world"), run.kept_condition("rules"), rows)
     return reach_of_loss(prices or run.prices(), limits, accounting)
 
 
@@ -35,12 +34,6 @@ def widest(reaches: Iterable[Reach]) -> Reach:
     """From the least of some to the most."""
     found = list(reaches)
     return Reach(min(each.least for each in found), max(each.most for each in found))
-
-
-def _content(run: StoredRun, name: str) -> Mapping[str, Any]:
-    """A file of the run's parameters; empty where an older program has not kept it."""
-    found = run.condition(name)
-    return found if isinstance(found, Mapping) else {}
 
 
 def margin_with_unseen(run: StoredRun, stack: StoredStack) -> Interval | None:

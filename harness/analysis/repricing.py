@@ -210,7 +210,7 @@ def accounted_dollars(
     Empty where it is undefined: the cargo was not simulated, or too many deliveries have no result.
 
     Args:
-        first: whose seed for the bootstrap is taken.
+        first: whose prices hold where there are no others.
         parts: the stack in each of its runs; those without a delivery are left out.
         names: of the accountings.
         choices: prices and optional terms; None: the first run's prices, without terms.

@@ -116,8 +116,15 @@ class StoredRun:
     def _parameters(self, name: str, load: Callable[[Any], Loaded]) -> Loaded:
         """A file of params/, read once in each of its states."""
         file = parameter_folder(self.folder) / f"{name}.yaml"
-        found: Loaded = _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
+        found: Loaded = loaded(load, file)
         return found
+
+    def kept_condition(self, name: str) -> dict[str, Any]:
+        """As :meth:`condition`; empty where an older program has not kept the file."""
+        with contextlib.suppress(InputError):
+            found = self.condition(name)
+            return dict(found) if isinstance(found, Mapping) else {}
+        return {}
 
     def seconds_a_delivery(self, stack: str) -> float | None:
         """Wall time [s] of a worker for a delivery of a stack, on average.
@@ -161,6 +168,11 @@ class StoredRun:
             )
         own = self.about.get(OF_STACKS, {}).get(stack, {})
         return dataclasses.replace(self, stacks=kept, about={**self.about, **own})
+
+
+def loaded(load: Callable[[Any], Any], file: Path) -> Any:
+    """Content of a file, read once in each of its states: another may stand in its place later."""
+    return _loaded(load, file, file.stat().st_mtime_ns if file.is_file() else 0)
 
 
 @functools.lru_cache(128)

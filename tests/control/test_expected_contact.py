@@ -29,7 +29,7 @@ from navstack.params.mppi import MppiParams
 from navstack.params.mppi_critics import PathAlignParams, PathFollowParams
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
-from .given import box
+from .given import DWB, box
 
 FOOTPRINT = box(0.14, -0.607, 0.25)
 PRICES = ContactPrices()
@@ -261,17 +261,7 @@ def test_prices_that_cannot_be_are_refused(make, message):
 @pytest.mark.parametrize("samples", [20, 21])
 def test_dwb_sees_who_walks_into_a_robot_that_stands(samples):
     """A trajectory that stands has a pose or two: between them somebody passes through it."""
-    params = DwbParams(
-        min_vel_x=0.0,
-        max_vel_x=0.5,
-        max_vel_theta=1.2,
-        acc_lim_x=2.5,
-        decel_lim_x=-2.5,
-        acc_lim_theta=3.2,
-        decel_lim_theta=-3.2,
-        sim_time=1.0,
-        vtheta_samples=samples,
-    )
+    params = dataclasses.replace(DWB, sim_time=1.0, vtheta_samples=samples)
     rollouts = RolloutGenerator(params, 20.0).generate(Pose2D(), Twist2D())
     scene = SimpleNamespace(
         tracks=[person(1.04, 0.0, -1.8, 0.0)], pose=Pose2D(), stamp=0.0, footprint=FOOTPRINT

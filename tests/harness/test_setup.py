@@ -106,7 +106,6 @@ def test_a_run_says_whose_price_break_even_pays(write_run):
         assert setup.robot_price_line(run, prices) == "", "unknown, then the paper's"
         file = resolve(name, shipped("params") / "robots", "robots")
         own.write_text(dump_dataclass(load_dataclass(RobotParams, file)), encoding="utf-8")
-        setup._loaded.cache_clear()
     told = "8,000 USD (P_Robot: retail price of the Segway E1 sidewalk delivery robot), whichever"
     text = "\n".join(getattr(block, "text", "") for block in summary_blocks(run))
     assert f"break-even pays for a robot of {told} robot drives" in text

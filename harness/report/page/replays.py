@@ -3,7 +3,7 @@
 import dataclasses
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from harness.report.page.scenery import known_scene
 from harness.report.replay import RecordedReplay, contacts_shown
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import shipped
-from harness.study.stored_run import StoredRun
+from harness.study.stored_run import StoredRun, loaded
 from harness.world.outcome import Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.world_params import WorldParams
@@ -26,6 +26,11 @@ from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 
 Json = dict[str, Any]
+
+_load_robot, _load_world = (
+    partial(load_dataclass, RobotParams),
+    partial(load_dataclass, WorldParams),
+)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -197,21 +202,11 @@ def shown(recorded: Recorded) -> RecordedReplay:
 def bodies(entry: PageEntry) -> tuple[RobotParams, float]:
     """The robot, and the radius of people [m], as the run has them."""
     own = parameter_folder(entry.run.folder) / f"{entry.stack.name}-robot.yaml"
-    robot = _content(
-        RobotParams, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml"
+    robot = loaded(
+        _load_robot, own if own.is_file() else shipped("params") / "robots" / "segway_e1.yaml"
     )
-    world = _content(WorldParams, parameter_folder(entry.run.folder) / "world.yaml")
+    world = loaded(_load_world, parameter_folder(entry.run.folder) / "world.yaml")
     return robot, world.people.radius
-
-
-def _content(kind: Any, path: Path) -> Any:
-    return _loaded(kind, path, path.stat().st_mtime_ns if path.is_file() else 0)
-
-
-@lru_cache(maxsize=64)
-def _loaded(kind: Any, path: Path, changed: int) -> Any:
-    """A file as it was at a time [ns]: another run may stand in its place later."""
-    return load_dataclass(kind, path)
 
 
 def trajectories(recorded: Sequence[Recorded]) -> tuple[list[Recorded], list[list[Any]], list[str]]:

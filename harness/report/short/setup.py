@@ -6,7 +6,6 @@ with every shipped file, so that a changed copy is never called by the name of t
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from harness.report.numbers import range_text
 from harness.storage.manifest_file import extended_from, read_manifest
 from harness.storage.parameters import parameter_folder
 from harness.storage.shipped import DEFAULT_WORLD, names, resolve, shipped
-from harness.study.stored_run import StoredRun
+from harness.study.stored_run import StoredRun, loaded
 from harness.task.stack import load_stack
 from harness.task.study import is_recording
 from harness.world.outcome import Rules
@@ -68,13 +67,7 @@ class Setting:
 
 
 def _content(folder: str, path: Path) -> Mapping[str, Any]:
-    return _loaded(folder, path, path.stat().st_mtime_ns if path.is_file() else 0)
-
-
-@lru_cache(maxsize=128)
-def _loaded(folder: str, path: Path, changed: int) -> Mapping[str, Any]:
-    """A file as it was at a time [ns]: another run may stand in its place later."""
-    return dataclasses.asdict(LOADERS[folder](path))
+    return dataclasses.asdict(loaded(LOADERS[folder], path))
 
 
 def nearest(folder: str, path: Path) -> Setting:

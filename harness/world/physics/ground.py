@@ -27,9 +27,7 @@ class Ground:
     BEYOND_REACH = 1.2  # [m] around any robot
     SLAB_DISTANCE = 1.0  # [m] the robot moves before they are laid out anew
 
-    def __init__(
-        self, client: int, elevation: Elevation, x: float, y: float, reach: float = 0.0
-    ) -> None:
+    def __init__(self, client: int, elevation: Elevation, x: float, y: float, reach: float) -> None:
         """Lay the ground around (x, y) [m] for a robot that reaches so far [m] from there."""
         self._window = max(self.WINDOW, reach + self.BEYOND_REACH)
         self._client = client

@@ -79,7 +79,7 @@ def test_far_from_steps_the_ground_is_a_plane_and_says_how_far_it_will_do(moved,
         around=lambda *window: {0.5: []},
     )
     server = Server()
-    ground = Ground(server.client, made, 3.0, 4.0)
+    ground = Ground(server.client, made, 3.0, 4.0, 0.45)
     assert ground.follow(3.0 + moved, 4.0, reach) == free
     (plane,) = ground.bodies
     assert bullet.getBasePositionAndOrientation(plane, server.client)[0] == (0.0, 0.0, 0.5)
