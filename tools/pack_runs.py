@@ -27,7 +27,7 @@ from harness.storage.documents import json_text
 from harness.storage.files import write_text
 from harness.storage.manifest_file import EXTENDED, extended_from, read_manifest
 from harness.storage.new_run import MANIFEST, OF_STACKS
-from harness.storage.parameters import PACKED, parameter_folder
+from harness.storage.parameters import parameter_folder, write_packed
 from harness.world.outcome import Rules
 from harness.world.world_params import WorldParams
 from navstack.errors import InputError
@@ -82,7 +82,7 @@ def pack_parameters(runs: Sequence[Path], out: Path) -> None:
                 text = dump_dataclass(load_dataclass(kind, file))
             if texts.setdefault(file.name, text) != text:
                 raise InputError(f"'{run}' has another {file.name} than '{runs[0]}': pack it apart")
-    write_text(out / PACKED, json_text(texts))
+    write_packed(out, texts)
 
 
 def write_small(rows: pa.Table, out: Path | BinaryIO) -> None:

@@ -14,7 +14,7 @@ from harness.storage.files import write_text
 from harness.storage.texts import utf_8
 
 CHECKSUMS = "checksums.json"  # SHA-256 of each file below, by name
-OF_ALL = ("run.json", "params/*", "parameters.json")
+OF_ALL = ("run.json", "params/*", "parameters.json.gz")
 OF_FINISHED = ("*.parquet", "summary.json")  # as long as there is a journal, these follow from it
 RECORDINGS = "recordings/*"
 _SEAL = re.compile(rb', "crc": "([0-9a-f]{8})"\}\n')

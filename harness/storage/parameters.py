@@ -1,20 +1,25 @@
 """The parameter files of a run: a folder ``params/``, or one file that holds them all.
 
-A run is written with the folder. A stored study keeps ``parameters.json``, an object of file names
-and texts, so that a few files hold hundreds of parameter files.
+A run is written with the folder. A stored study keeps ``parameters.json.gz``, an object of file
+names and texts, so that a few small files hold hundreds of parameter files.
 """
 
 import atexit
+import gzip
 import json
 import shutil
 import tempfile
+import zlib
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 
+from harness.storage.documents import json_text
+from harness.storage.files import replacing
 from navstack.errors import InputError
-from navstack.params.strict import read_text
 
-FOLDER, PACKED = "params", "parameters.json"
+FOLDER, PACKED = "params", "parameters.json.gz"
+_DAMAGES = (OSError, EOFError, zlib.error, ValueError, AttributeError, RecursionError)
 
 
 def parameter_folder(run: Path) -> Path:
@@ -31,17 +36,24 @@ def parameter_folder(run: Path) -> Path:
     return _unpacked(packed.absolute(), packed.stat().st_mtime_ns)
 
 
+def write_packed(run: Path, texts: Mapping[str, str]) -> None:
+    """Write parameter files, given as texts by name, as the one file of a stored run."""
+    with replacing(run / PACKED) as stream:
+        stream.write(gzip.compress(json_text(texts).encode(), mtime=0))
+
+
 @lru_cache(maxsize=64)
 def _unpacked(packed: Path, changed: int) -> Path:
     """A temporary folder with the files as they were when the packed one was ``changed`` last."""
     try:
-        texts = json.loads(read_text(packed))
-        folder = Path(tempfile.mkdtemp(prefix="navbench-parameters-"))
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        texts = json.loads(gzip.decompress(packed.read_bytes()))
         for name, text in texts.items():
-            if Path(name).name != name:
-                raise ValueError(f"'{name}' is no file name")
-            (folder / name).write_text(text, encoding="utf-8")
-    except (ValueError, AttributeError, TypeError, RecursionError) as error:
+            if Path(name).name != name or not isinstance(text, str):
+                raise ValueError(f"'{name}' is no name of a text")
+    except _DAMAGES as error:
         raise InputError(f"{packed}: is damaged ({error}); take a whole copy") from None
+    folder = Path(tempfile.mkdtemp(prefix="navbench-parameters-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
     return folder

@@ -1,5 +1,6 @@
 """Edits of a run folder that ``navbench verify`` notices and those it does not, as docs say."""
 
+import gzip
 import json
 import random
 import shutil
@@ -15,6 +16,7 @@ import pytest
 
 from harness.storage.checksums import CHECKSUMS, write_checksums
 from harness.storage.new_run import OF_STACKS
+from harness.storage.parameters import write_packed
 from harness.storage.shipped import shipped
 from harness.study.verification import verify_run
 from navbench.cli.app import main
@@ -206,11 +208,19 @@ def dearer(manifest: Any) -> None:
     manifest[OF_STACKS]["nav2-gps-ekf"]["economics"]["revenue"] += 1.0
 
 
+def cheaper(run: Path, rng: random.Random) -> None:
+    texts = json.loads(gzip.decompress((run / "parameters.json.gz").read_bytes()))
+    before = texts["prices.yaml"]
+    texts["prices.yaml"] = before.replace("value: 8000", "value: 4000")
+    assert texts["prices.yaml"] != before
+    write_packed(run, texts)
+
+
 PACKED: dict[str, Edit] = {  # edits of a packed run, which has no summary
     "a published energy": cell("episodes.parquet", "published_energy_kwh", more),
     "a share of the way": cell("episodes.parquet", "spl", more),
     "a margin": document("run.json", dearer),
-    "prices": text("parameters.json", "value: 8000", "value: 4000"),
+    "prices": cheaper,
 }
 PLAIN: dict[str, Edit] = {  # that a checksum tells
     "a bit of a table": bit("*.parquet"),

@@ -1,6 +1,7 @@
 """Stored studies: each column in its smallest encoding, every value as it was, all few files."""
 
 import dataclasses
+import gzip
 import json
 import subprocess
 from pathlib import Path
@@ -92,7 +93,7 @@ def test_rules_of_an_earlier_version_are_completed_by_todays(
     runs = [tmp_path / name for name in texts]
     if is_alike:
         pack_runs.pack_parameters(runs, tmp_path)
-        packed = json.loads((tmp_path / "parameters.json").read_text())
+        packed = json.loads(gzip.decompress((tmp_path / "parameters.json.gz").read_bytes()))
         assert packed == {"rules.yaml": texts["today"]}
     else:
         with pytest.raises(InputError, match="another rules.yaml"):
