@@ -52,6 +52,7 @@ from navstack.params.strict import dump_dataclass, load_dataclass
 
 BUDGET = 600.0  # [s] of wall time
 MOST_MISSIONS = 10_000  # that a check can drive
+NOT_DRIVEN = "finished runs are not driven again"
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def check(
         out: run folder; None: ``results/<time>-check-<new>``.
         where: deliveries are driven; None: on this machine.
         map: a built-in map or a map_server YAML file.
-        options: as of :func:`navbench.run`, without ``episodes``.
+        options: as of :func:`navbench.run`, without ``episodes``; none beside finished runs.
 
     Returns:
         The verdict; where it was interrupted, of what was finished by then.
@@ -123,6 +124,8 @@ def check(
     if is_run(old):
         if estimator == MEETINGS:
             raise InputError(f"'{old}' is a finished run, which holds no meetings; {INSTEAD}")
+        if useless := [*options, *(["out"] if out else []), *(["where"] if where else [])]:
+            raise InputError(f"{NOT_DRIVEN}; leave out {', '.join(useless)}")
         return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
     forget_changed()
     where = where or Where()

@@ -104,11 +104,12 @@ def check(
         found = api.resume_check(resume, seconds, markdown, where)
     elif old is None or new is None:
         raise click.UsageError("Missing argument 'OLD' or 'NEW'.", context)
+    elif api.is_run(old) and api.is_run(new):
+        kept = ("within", "estimator")
+        beside = ("old", "new", "fail_if", "markdown", "as_json")
+        refuse_others(context, *kept, *beside, beside=(), why=api.NOT_DRIVEN)
+        found = api.check(old, new, markdown=markdown, **{name: choices[name] for name in kept})
     else:
-        if api.is_run(old) and api.is_run(new):
-            kept = ("old", "new", "fail_if", "markdown", "within", "estimator", "as_json")
-            why = "finished runs are not driven again"
-            refuse_others(context, *kept, beside=(), why=why)
         found = api.check(old, new, budget=seconds, markdown=markdown, where=where, **choices)
     if as_json:
         print_json(found.as_json())

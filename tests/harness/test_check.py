@@ -17,6 +17,7 @@ from harness.storage.run_folder import JOURNAL
 from harness.storage.shipped import shipped
 from harness.study.places import Where
 from navbench.api import check as api
+from navstack.errors import InputError
 from tests.rules import short_rules
 
 RULES = short_rules(2.0)
@@ -194,6 +195,7 @@ def test_runs_that_say_little_are_not_decided_and_say_how_many_more_would(
         (("{run}", "{run}", "--seed", "3"), 1, "leave out --seed"),
         (("{run}", "{run}", "--budget", "10m"), 1, "leave out --budget"),
         (("{run}", "{run}", "--workers", "0"), 1, "leave out --workers"),
+        (("{run}", "{run}", "--markdown", "{run}/no/comment.md"), 1, "no/comment.md"),
         (("--resume", "{run}", "nav2-gps"), 1, "leave out OLD"),
         (("--resume", "{run}"), 1, "is no check"),
         (("--resume", "{run}/nowhere"), 1, "holds no run"),
@@ -216,6 +218,18 @@ def test_a_program_asks_by_the_same_names(write_run) -> None:
     found = navbench.check(str(write_run("a")), str(write_run("b", change=injured(60.0))))
     assert (found.verdict, found.is_interrupted, found.has_errors) == ("worse", False, False)
     assert found.as_json()["within_usd"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("useless", "told"),
+    [({"seed": 3, "workers": 2}, "seed, workers"), ({"out": Path("new")}, "out")],
+)
+def test_a_program_asks_nothing_of_finished_runs_that_they_cannot_tell(
+    write_run, useless: dict[str, object], told: str
+) -> None:
+    runs = [str(write_run(name)) for name in ("a", "b")]
+    with pytest.raises(InputError, match=f"not driven again; leave out {told}$"):
+        navbench.check(*runs, **useless)
 
 
 @pytest.fixture
