@@ -18,7 +18,7 @@ from navstack.localization.localizer import Localizer
 from navstack.navigation_status import Status
 from navstack.navigator import LOST_PATIENCE
 from navstack.params.nav2_file.file import load_nav2
-from navstack.types import Belief, Health, Pose2D
+from navstack.types import Belief, Health, Observation, Pose2D
 
 START = Pose2D(2.0, 4.0, 0.0)
 GOAL = Pose2D(13.0, 4.0, 0.0)
@@ -99,6 +99,15 @@ def test_one_that_stays_lost_gives_up(lost_drive):
     assert navigator.trouble.gave_up == f"lost for more than {LOST_PATIENCE:g} s"
     assert driven.seconds == pytest.approx(1.0 + LOST_PATIENCE, abs=0.1)
     assert navigator.counts.recoveries == 0
+
+
+def test_a_goal_that_is_sent_again_has_all_patience(lost_drive):
+    navigator, driven = lost_drive(1.0, math.inf, True, LOST_PATIENCE + 5.0)
+    navigator.send_again()
+    for later in (1.0, LOST_PATIENCE - 1.0, LOST_PATIENCE + 1.5):
+        navigator.tick(Observation(driven.seconds + later))
+        gone = navigator.status is Status.FAILED
+        assert gone == (later > LOST_PATIENCE + 1.0)
 
 
 def test_what_the_stack_says_reaches_the_navigator(room, drive):
