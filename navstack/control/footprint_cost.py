@@ -2,7 +2,13 @@
 
 import math
 
-from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap, Grid
+from navstack.costmap.costmap import (
+    INSCRIBED_INFLATED_OBSTACLE,
+    LETHAL_OBSTACLE,
+    NO_INFORMATION,
+    Costmap,
+    Grid,
+)
 from navstack.jit import njit
 from navstack.types import ByteArray, ByteMatrix, FloatArray, FloatMatrix, Pose2D
 
@@ -127,6 +133,21 @@ def is_occupied(
         return False
     cost = outline_cost(costs, grid, footprint, x, y, yaw)
     return bool(cost >= LETHAL_OBSTACLE and cost != NO_INFORMATION)
+
+
+@njit()
+def is_centre_occupied(costs: ByteArray, grid: Grid, x: float, y: float) -> bool:
+    """Whether a round robot at (x, y) meets an obstacle: the cell is lethal or inscribed.
+
+    As upstream, nothing is known off the map.
+    """
+    height, width = costs.shape
+    fx = (x - grid[0]) / grid[2]
+    fy = (y - grid[1]) / grid[2]
+    if not (fx >= 0.0 and fy >= 0.0 and fx < width and fy < height):
+        return False
+    cost = costs[int(fy), int(fx)]
+    return bool(cost >= INSCRIBED_INFLATED_OBSTACLE and cost != NO_INFORMATION)
 
 
 def footprint_cost(costmap: Costmap, footprint: FloatArray, pose: Pose2D) -> int:

@@ -16,16 +16,20 @@ class PathWindow:
     Passed poses are forgotten. Plan and costmap share the map frame.
     """
 
-    def __init__(self, search_distance: float | None, fewest_poses: int) -> None:
+    def __init__(
+        self, search_distance: float | None, fewest_poses: int, keeps_two: bool = False
+    ) -> None:
         """Make the window.
 
         Args:
             search_distance: along the plan, in [m], in which the nearest pose is looked for; None:
                 half the costmap's width; negative: the whole plan.
             fewest_poses: of a plan that can be followed.
+            keeps_two: the last pose keeps the one before it, so that the plan has a direction.
         """
         self._search_distance = search_distance
         self._fewest_poses = fewest_poses
+        self._keeps_two = keeps_two
         self._begin = 0
 
     def reset(self) -> None:
@@ -49,7 +53,9 @@ class PathWindow:
         if search < 0.0:
             search = math.inf
         extent = max(costmap.size_x, costmap.size_y) * costmap.resolution / 2.0
-        self._begin, end = window_bounds(plan.poses, self._begin, pose.x, pose.y, search, extent)
+        self._begin, end = window_bounds(
+            plan.poses, self._begin, pose.x, pose.y, search, extent, self._keeps_two
+        )
         if self._begin == end:
             raise InvalidPathError(
                 f"the plan is farther than {extent:.2f} m from the robot "
@@ -69,6 +75,9 @@ def nearest_pose(
 ) -> tuple[int, int]:
     """The pose (of N, >= 1) nearest to (x, y), and the first pose that was not looked at.
 
+    Of equally near ones the last, so that a turn on the spot is passed at once
+    (``geometry_utils::min_by``).
+
     The search goes from pose ``first`` for ``search_distance`` [m] along the plan.
     """
     nearest = first
@@ -82,7 +91,7 @@ def nearest_pose(
         if travelled > search_distance:
             break
         distance = math.hypot(poses[stop, 0] - x, poses[stop, 1] - y)
-        if distance < least:
+        if distance <= least:
             nearest = stop
             least = distance
         stop += 1
@@ -97,15 +106,16 @@ def window_bounds(
     y: float,
     search_distance: float,
     extent: float,
+    keeps_two: bool,
 ) -> tuple[int, int]:
     """Begin and end of the poses (N, >= 2) to follow.
 
     From the pose nearest to (x, y) among those within ``search_distance`` [m] along the plan from
-    pose ``first``, to the first one farther than ``extent`` [m] along the straight line. Two poses
-    are kept where there are two, so that the plan has a direction.
+    pose ``first``, to the first one farther than ``extent`` [m] along the straight line.
+    ``keeps_two``: the last pose keeps the one before it.
     """
     nearest, stop = nearest_pose(poses, first, x, y, search_distance)
-    if nearest == stop - 1 and nearest > first:
+    if keeps_two and nearest == stop - 1 and nearest > first:
         nearest -= 1
     end = nearest
     while end < len(poses) and not math.hypot(poses[end, 0] - x, poses[end, 1] - y) > extent:

@@ -1,8 +1,9 @@
 """Parameters of the graceful controller: names and defaults are those of Nav2 Jazzy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
+from navstack.params.local_costs import LocalCosts
 from navstack.ranges import NotNegative, Parameters, Positive, Quantity, at_least
 
 
@@ -40,6 +41,8 @@ class GracefulParams(Parameters, whose="graceful controller"):
     use_collision_detection: bool = True  # look for obstacles on the way to the target
     # [rad] between looks while turning at the goal; finer ones are never done
     in_place_collision_resolution: Annotated[float, at_least(1e-3)] = 0.1
+    # read from the local costmap's section
+    local_costs: LocalCosts = field(default_factory=LocalCosts)
 
     @property
     def may_reverse(self) -> bool:

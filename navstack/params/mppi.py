@@ -4,13 +4,12 @@ Each critic has its own dataclass; :class:`MppiParams` holds them under the crit
 ``FollowPath.<Critic>.*``.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from navstack.errors import ParameterError, did_you_mean
-from navstack.params.costmap import InflationLayerParams
 from navstack.params.expected_contact import MppiContactParams
+from navstack.params.local_costs import LocalCosts
 from navstack.params.mppi_critics import (
     ConstraintParams,
     CostParams,
@@ -49,23 +48,6 @@ class AckermannParams(Parameters):
 
 
 @dataclass(frozen=True, slots=True)
-class LocalCosts:
-    """What the obstacle critics know of how the local costmap is made."""
-
-    # by name, in their order
-    inflation_layers: Mapping[str, InflationLayerParams] = field(default_factory=dict)
-    tracks_unknown: bool = False  # unknown cells are no obstacles
-    is_round: bool = False  # the robot is given by its radius
-    ends_inflated: bool = False  # nothing marks cells after the inflation layer
-
-    def inflation(self, name: str) -> InflationLayerParams | None:
-        """The inflation layer of a name, for an empty one the last; None: there is none."""
-        if name:
-            return self.inflation_layers.get(name)
-        return next(reversed(list(self.inflation_layers.values())), None)
-
-
-@dataclass(frozen=True, slots=True)
 class MppiParams(Parameters):
     """``nav2_mppi_controller::MPPIController``."""
 
@@ -99,8 +81,8 @@ class MppiParams(Parameters):
     retry_attempt_limit: Annotated[int, within(0, 100)] = 1
     # new noise for every update; False: the same from reset to reset
     regenerate_noises: bool = False
-    # [s] without a cycle, after which the sequence is forgotten
-    reset_period: Annotated[float, within(0.0, 1e6)] = 1.0
+    # [s] without a cycle, after which the sequence is forgotten, as in Humble; absent: never
+    reset_period: Annotated[float | None, within(0.0, 1e6)] = None
 
     # [m] of the path ahead that the critics see
     prune_distance: Annotated[float, within(0.01, 1e4)] = 1.5

@@ -16,8 +16,8 @@ class RppParams(Parameters, whose="regulated pure pursuit"):
 
     desired_linear_vel: Positive = 0.5  # [m/s] on a straight path in the open
     lookahead_dist: Positive = 0.6  # [m] to the carrot
-    # lookaheads are measured along the path as in Nav2 main; False: from the robot
-    lookahead_along_path: bool = True
+    # lookaheads are measured along the path, as since Nav2 Lyrical; False: from the robot
+    lookahead_along_path: bool = False
     min_lookahead_dist: Positive = 0.3  # [m] of the lookahead that grows with the speed
     max_lookahead_dist: Quantity = 0.9  # [m]
     lookahead_time: NotNegative = 1.5  # [s] by which the speed is multiplied

@@ -21,9 +21,11 @@ from navstack.control.graceful.graceful_controller import (
     GracefulController,
     add_orientations,
 )
+from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE
 from navstack.errors import InvalidPathError, NoLegalVelocity, ParameterError
 from navstack.params.extensions import algorithms
 from navstack.params.graceful import GracefulParams
+from navstack.params.local_costs import LocalCosts
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.views import read_controller
 from navstack.types import Path, Pose2D, RobotState, Twist2D
@@ -82,7 +84,7 @@ def test_the_law_slows_down_near_the_target_and_in_tight_curves():
 
 def test_what_lies_behind_the_target_stops_nobody():
     costmap = ground_with((1.38, 0.0)).costmap
-    ground = LocalGround(costmap.data, costmap.grid, FOOTPRINT, (0.0, 0.0, 0.0))
+    ground = LocalGround(costmap.data, costmap.grid, FOOTPRINT, False, (0.0, 0.0, 0.0))
     # with it the robot is hardly there within three times the way
     law = LAW._replace(slowdown_radius=0.0)
     assert [drive_to((x, 0.0, 0.0), False, False, True, law, ground)[0] for x in (1.0, 1.2)] == [
@@ -181,6 +183,27 @@ def test_a_path_ends_within_the_greatest_lookahead(length, ends):
     plan.poses[:, 0] = np.linspace(0.0, length, len(plan))
     plan.poses[-1, 2] = 1.5
     assert (drive(make(), plan).angular_z == approx(0.0, abs=1e-9)) == ends
+
+
+def test_of_a_round_robot_its_centres_cost_counts():
+    """Along an inscribed cell, which the outline passes: not so for a robot with a footprint."""
+    inscribed = ground_with((0.5, 0.0), cost=INSCRIBED_INFLATED_OBSTACLE)
+    lethal = ground_with((-0.2, 0.2))
+    costs = LocalCosts(is_round=True)
+    for around, passes, passes_round in ((inscribed, True, False), (lethal, False, True)):
+        for given, free in (({}, passes), ({"local_costs": costs}, passes_round)):
+            controller = make(initial_rotation=False, min_lookahead=0.9, **given)
+            if free:
+                assert drive(controller, straight(), around=around).linear_x > 0.0
+            else:
+                with pytest.raises(NoLegalVelocity):
+                    drive(controller, straight(), around=around)
+
+
+def test_at_the_last_pose_it_turns_to_the_goals_yaw():
+    plan = Path(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 1.5)]))
+    command = drive(make(), plan, 1.9)
+    assert command == Twist2D(angular_z=approx(0.5 * 1.5))
 
 
 def test_a_turn_at_the_goal_is_looked_at_every_few_degrees(monkeypatch):
@@ -282,7 +305,9 @@ def test_a_nav2_file_names_its_parameters(tmp_path):
     (tmp_path / "nav2.yaml").write_text(FILE)
     file = load_nav2(tmp_path / "nav2.yaml")
     plugin = read_controller(file)
-    assert plugin.params == GracefulParams(lambda_=1.5, max_lookahead=0.8, k_phi=3.0)
+    given = GracefulParams(lambda_=1.5, max_lookahead=0.8, k_phi=3.0)
+    assert replace(plugin.params, local_costs=given.local_costs) == given
+    assert plugin.params.local_costs.is_round
     assert algorithms("controllers")[plugin.type].params is GracefulParams
     (tmp_path / "bad.yaml").write_text(FILE.replace("lambda: 1.5", "lambda: steep"))
     with pytest.raises(ParameterError, match=r"FollowPath\.lambda: 'steep' is not a number"):

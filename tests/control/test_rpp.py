@@ -98,6 +98,7 @@ def test_the_path_turns_back_at_a_cusp():
     assert distance_to_cusp(path[:3]) == math.inf
     on_the_spot = np.array(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (1.5, 0.0, 1.0)))
     assert distance_to_cusp(on_the_spot) == 1.0
+    assert distance_to_cusp(on_the_spot[:3]) == 1.0, "a turn at the end"
     one_heading = np.array(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.5, 0.0, 1.0)))
     assert distance_to_cusp(one_heading) == math.inf, "a pose that stands twice is no turn"
 
@@ -121,16 +122,29 @@ def test_window_kernel_equals_slow_twin(seed):
     extent = rng.uniform(1.0, 3.0)
     travelled = np.concatenate(((0.0,), np.hypot(*np.diff(poses[first:, :2], axis=0).T).cumsum()))
     candidates = np.hypot(poses[first:, 0] - x, poses[first:, 1] - y)[travelled <= search]
-    begin = int(candidates.argmin())
-    begin = first + (begin - 1 if begin == len(candidates) - 1 and begin > 0 else begin)
+    nearest = int(candidates.argmin())
+    is_last = nearest == len(candidates) - 1 and nearest > 0
+    keeps_two = bool(rng.integers(2))
+    begin = first + nearest - (keeps_two and is_last)
     far = np.hypot(poses[begin:, 0] - x, poses[begin:, 1] - y) > extent
     end = begin + (int(far.argmax()) if far.any() else len(far))
-    assert window_bounds(poses, first, x, y, search, extent) == (begin, end)
+    assert window_bounds(poses, first, x, y, search, extent, keeps_two) == (begin, end)
     seen = in_base_frame(poses, x, y, 0.7)
     for ours, pose in zip(seen, poses, strict=True):
         np.testing.assert_allclose(
             ours, relative_to(Pose2D(x, y, 0.7), Pose2D(*pose)).as_array(), atol=1e-12
         )
+
+
+def test_a_turn_on_the_spot_is_passed_where_the_robot_stands():
+    """Of poses at one place the last is the nearest: the path goes on from there."""
+    turn = [(0.0, 0.0, 0.25 * k) for k in range(7)]
+    onward = [(0.0, 0.05 * k, 0.5 * math.pi) for k in range(1, 40)]
+    poses = np.array(turn + onward)
+    for keeps_two in (False, True):
+        assert window_bounds(poses, 0, 0.0, 0.02, 1.0, 3.0, keeps_two) == (6, len(poses))
+    for keeps_two, begin in ((False, len(poses) - 1), (True, len(poses) - 2)):
+        assert window_bounds(poses, 0, 0.0, 1.95, 5.0, 3.0, keeps_two)[0] == begin
 
 
 def test_the_window_ends_with_the_costmaps_longer_half_and_forgets_what_is_behind():
@@ -146,7 +160,7 @@ def test_the_window_ends_with_the_costmaps_longer_half_and_forgets_what_is_behin
         (wide, None, 1.9),
     ):
         # which looks no farther than so, and for a pose to come from
-        window = PathWindow(search, fewest_poses=2)
+        window = PathWindow(search, fewest_poses=2, keeps_two=True)
         seen = window.seen_from(Pose2D(3.02, 0.0, math.pi), plan, costmap)
         assert seen[[0, -1], 0] == approx((3.02 - begins, 3.02 - 5.0))
         assert seen[:, 1] == approx(0.0)
@@ -234,6 +248,13 @@ def test_costs_slow_down_by_the_distance_they_stand_for():
     )
 
 
+def test_costs_become_the_distances_of_the_inflation_layer():
+    """An inscribed cell's 253 lies at the inscribed radius: 0.25 m, and 252 so much farther out."""
+    farther = math.log(253.0 / 252.0) / PARAMS.inflation_cost_scaling_factor
+    expected = approx((0.25 + farther) / PARAMS.cost_scaling_dist)
+    assert speed_near_obstacle(1.0, 252, 0.25, PARAMS) == expected
+
+
 def test_the_approach_slows_down_by_the_straight_distance_to_the_end():
     assert speed_on_approach(0.5, straight(0.3).poses, PARAMS) == approx(0.25)
     assert speed_on_approach(0.5, straight(0.7).poses, PARAMS) == 0.5
@@ -258,6 +279,7 @@ def test_the_lookahead_grows_with_the_speed():
 def test_the_fixed_point_steers_and_may_lie_beyond_the_goal():
     given = {
         "use_rotate_to_heading": False,
+        "lookahead_along_path": True,
         "curvature_lookahead_dist": 1.0,
         "use_regulated_linear_velocity_scaling": False,
     }

@@ -286,6 +286,7 @@ def test_the_defaults_that_differ_from_jazzys() -> None:
         "humble GracefulParams.beta 0.2",
         "humble GracefulParams.k_delta 2.0",
         "humble GracefulParams.k_phi 3.0",
+        "humble MppiParams.reset_period 1.0",
         "humble ObstaclesParams.collision_cost 10000.0",
         "humble PathAngleParams.cost_weight 2.0",
         "humble PathAngleParams.max_angle_to_furthest 1.2",

@@ -68,7 +68,8 @@ def _commands(case: Case, begins: np.ndarray) -> np.ndarray:
     The path begins at these indices (N,).
     """
     facts, path = case.facts, case["path"]
-    params = from_mapping(RppParams, facts["overrides"], case.title)
+    given = {"lookahead_along_path": True, **facts["overrides"]}  # it was recorded with main
+    params = from_mapping(RppParams, given, case.title)
     controller = RegulatedPurePursuitController(params, FOOTPRINT, RPP_FREQUENCY, GOAL_TOLERANCE)
     surroundings = _surroundings(case)
     commands = []

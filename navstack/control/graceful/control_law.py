@@ -6,7 +6,7 @@ After ``smooth_control_law.cpp``.
 import math
 from typing import NamedTuple
 
-from navstack.control.footprint_cost import is_occupied
+from navstack.control.footprint_cost import is_centre_occupied, is_occupied
 from navstack.costmap.costmap import Grid
 from navstack.jit import njit
 from navstack.types import ByteMatrix, FloatMatrix
@@ -34,6 +34,7 @@ class LocalGround(NamedTuple):
     costs: ByteMatrix  # (rows, columns)
     grid: Grid
     footprint: FloatMatrix  # (V, 2) [m], base frame
+    is_round: bool  # the cost of the robot's centre counts, not its footprint
     pose: tuple[float, float, float]  # [m], [m], [rad] of the robot, map frame
 
 
@@ -87,11 +88,13 @@ def turn_on_the_spot(angle: float, law: Law) -> float:
 
 @njit()
 def is_blocked(x: float, y: float, yaw: float, ground: LocalGround) -> bool:
-    """Whether the footprint meets an obstacle at a pose in the base frame."""
+    """Whether the robot meets an obstacle at a pose in the base frame (``inCollision``)."""
     cosine = math.cos(ground.pose[2])
     sine = math.sin(ground.pose[2])
     map_x = ground.pose[0] + cosine * x - sine * y
     map_y = ground.pose[1] + sine * x + cosine * y
+    if ground.is_round:
+        return is_centre_occupied(ground.costs, ground.grid, map_x, map_y)
     return is_occupied(
         ground.costs, ground.grid, ground.footprint, map_x, map_y, ground.pose[2] + yaw
     )

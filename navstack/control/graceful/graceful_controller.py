@@ -84,7 +84,8 @@ class GracefulController(Controller):
         lengths = np.hypot(*np.diff(path[:, :2], axis=0).T)
         costmap = surroundings.costmap
         pose = (state.pose.x, state.pose.y, state.pose.yaw)
-        ground = LocalGround(costmap.data, costmap.grid, self._footprint, pose)
+        is_round = self._params.local_costs.is_round
+        ground = LocalGround(costmap.data, costmap.grid, self._footprint, is_round, pose)
         command = self._turn_at_goal(path, float(lengths.sum()), ground)
         tried = 1
         rejected = 0

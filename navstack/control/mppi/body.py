@@ -15,7 +15,7 @@ from navstack.costmap.inflation import HIGHEST_FALLING_COST, inflation_cost
 from navstack.geometry import footprint_radii
 from navstack.jit import njit
 from navstack.params.costmap import InflationLayerParams
-from navstack.params.mppi import LocalCosts
+from navstack.params.local_costs import LocalCosts
 from navstack.types import ByteArray, FloatArray, FloatMatrix, FloatVector
 
 _CIRCLES = (4, 2)  # along and across the body
@@ -50,7 +50,7 @@ def make_body(
     """The body of a padded ``footprint`` (V, 2) [m] on a local costmap of a ``resolution`` [m]."""
     inscribed, circumscribed = footprint_radii(footprint)
     centres, half = _cover(footprint)
-    inflates_all = layer is not None and costs.ends_inflated and layer is costs.inflation("")
+    inflates_all = layer is not None and costs.ends_inflated and layer is costs.last_inflation
     bound = np.zeros(256)
     if layer is not None and inflates_all:
         bound = _least_distances(layer, inscribed)

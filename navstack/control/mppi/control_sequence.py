@@ -83,12 +83,19 @@ def limit(
     fall: np.float32,
     rise: np.float32,
 ) -> None:
-    """Keep a sequence (T,) in [``least``, ``most``], and its changes in [``fall``, ``rise``]."""
+    """Keep a sequence (T,) in [``least``, ``most``], and its changes in [``fall``, ``rise``].
+
+    After a value that is not positive ``rise`` bounds the fall and ``fall`` the rise
+    (``applyControlSequenceConstraints``).
+    """
     last = min(most, max(sequence[0], least))
     sequence[0] = last
     for t in range(1, len(sequence)):
         wanted = min(most, max(sequence[t], least))
-        last = min(last + rise, max(wanted, last + fall))
+        if last > 0.0:
+            last = min(last + rise, max(wanted, last + fall))
+        else:
+            last = min(last - fall, max(wanted, last - rise))
         sequence[t] = last
 
 

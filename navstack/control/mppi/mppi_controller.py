@@ -111,7 +111,8 @@ class MppiController(Controller):
             InvalidPathError: the plan is empty or nowhere near the robot.
             NoLegalVelocity: all trajectories collide.
         """
-        if state.stamp - self._stamp > self._params.reset_period:
+        period = self._params.reset_period
+        if period is not None and state.stamp - self._stamp > period:
             self._optimizer.reset()
         self._stamp = state.stamp
         if plan is not self._plan:

@@ -62,7 +62,7 @@ class MppiCostCritic(_ObstacleCritic):
             np.float32(own.collision_cost),
             not scene.goal_distance < own.near_goal_distance,
         )
-        looked_at = (len(rollouts.x) - 1) // own.trajectory_point_step + 1
+        looked_at = max(len(rollouts.x) // own.trajectory_point_step, 1)
         return CriticScores(raw / np.float32(looked_at), int(hits.sum()))
 
 

@@ -183,9 +183,10 @@ def cost_scores(
 ) -> tuple[Float32Array, BoolArray]:
     """Sums (B,) of the costs under every ``step``-th pose (T, B), and which trajectories collide.
 
-    After ``cost_critic.cpp``. A pose at ``near_collision_cost`` or more counts ``critical_cost``, a
-    trajectory that collides ``collision_cost`` in all. Other poses count only where obstacles
-    repel, ``repels``. Free space costs nothing.
+    After ``cost_critic.cpp``, which looks at T // ``step`` poses; here it is one at least. A pose
+    at ``near_collision_cost`` or more counts ``critical_cost``, a trajectory that collides
+    ``collision_cost`` in all. Other poses count only where obstacles repel, ``repels``. Free space
+    costs nothing.
     """
     steps, count = rollouts.x.shape
     scores = np.zeros(count, dtype=np.float32)
@@ -198,7 +199,7 @@ def cost_scores(
     near = np.float32(max(near_collision_cost, 1))
     share = np.float32(repels)
     look_from = int(math.ceil(max(body.check_from, 1.0)))
-    for t in range(0, steps, step):
+    for t in range(0, max(steps // step, 1) * step, step):
         pose_costs(rollouts.x[t], rollouts.y[t], costs, frame, cells, found)
         _add_costs(found, near, critical_cost, share, scores)
         if not body.uses_outline:

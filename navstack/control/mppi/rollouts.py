@@ -75,15 +75,18 @@ def limit_changes(
 ) -> None:
     """Limit the changes of controls (T + 1, B) per step to [``fall``, ``rise``].
 
-    Row 0 becomes ``start``. The last row stays as it is, as in ``MotionModel::predict``: no pose
-    depends on it.
+    After a control that is not positive ``rise`` bounds the fall and ``fall`` the rise. Row 0
+    becomes ``start``. The last row stays as it is, as in ``MotionModel::predict``: no pose depends
+    on it.
     """
     for b in range(controls.shape[1]):
         controls[0, b] = start
     for t in range(1, len(controls) - 1):
         for b in range(controls.shape[1]):
             last = controls[t - 1, b]
-            controls[t, b] = min(last + rise, max(controls[t, b], last + fall))
+            least = last + fall if last > 0.0 else last - rise
+            most = last + rise if last > 0.0 else last - fall
+            controls[t, b] = min(most, max(controls[t, b], least))
 
 
 @njit(ahead=True)

@@ -97,13 +97,19 @@ def distance_to_cusp(path: FloatArray) -> float:
         ay = path[i, 1] - path[i - 1, 1]
         bx = path[i + 1, 0] - path[i, 0]
         by = path[i + 1, 1] - path[i, 1]
-        turn = abs(path[i, 2] - path[i - 1, 2]) % (2.0 * math.pi)
-        turns_on_the_spot = (
-            ax == 0.0 and ay == 0.0 and min(turn, 2.0 * math.pi - turn) > SAME_HEADING
-        )
-        if ax * bx + ay * by < 0.0 or turns_on_the_spot:
+        turns = _turns_on_the_spot(path, i - 1) or _turns_on_the_spot(path, i)
+        if ax * bx + ay * by < 0.0 or turns:
             return math.hypot(path[i, 0], path[i, 1])
     return math.inf
+
+
+@njit()
+def _turns_on_the_spot(path: FloatArray, i: int) -> bool:
+    """Whether pose ``i`` and the next one differ in nothing but the heading."""
+    if path[i, 0] != path[i + 1, 0] or path[i, 1] != path[i + 1, 1]:
+        return False
+    turn = abs(path[i + 1, 2] - path[i, 2]) % (2.0 * math.pi)
+    return bool(min(turn, 2.0 * math.pi - turn) > SAME_HEADING)
 
 
 @njit(ahead=True)

@@ -24,7 +24,7 @@ def speed_near_obstacle(
     """``speed`` [m/s], reduced near an obstacle, whose distance the ``cost`` tells."""
     if cost in (NO_INFORMATION, FREE_SPACE):
         return speed
-    decay = math.log(cost / (INSCRIBED_INFLATED_OBSTACLE - 1))
+    decay = math.log(cost / INSCRIBED_INFLATED_OBSTACLE)
     distance = -decay / params.inflation_cost_scaling_factor + inscribed_radius  # [m]
     if distance >= params.cost_scaling_dist:
         return speed

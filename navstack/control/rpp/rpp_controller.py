@@ -59,7 +59,7 @@ class RegulatedPurePursuitController(Controller):
             params.use_fixed_curvature_lookahead and params.interpolate_curvature_after_goal
         )
         self._window = PathWindow(
-            params.max_robot_pose_search_dist, fewest_poses=1 + self._beyond_goal
+            params.max_robot_pose_search_dist, 1 + self._beyond_goal, keeps_two=True
         )
         self._speed = params.desired_linear_vel  # [m/s] within the speed limit
         self.reset()

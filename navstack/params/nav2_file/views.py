@@ -20,7 +20,9 @@ from navstack.params.costmap import (
 )
 from navstack.params.dwb import DwbParams, NamedCritic
 from navstack.params.filters import FilterInfoServerParams, KeepoutFilterParams, SpeedFilterParams
-from navstack.params.mppi import LocalCosts, MppiParams
+from navstack.params.graceful import GracefulParams
+from navstack.params.local_costs import LocalCosts
+from navstack.params.mppi import MppiParams
 from navstack.params.nav2_file.catalog import plugin_type
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.filters import find_mask
@@ -211,7 +213,7 @@ def read_mppi(nav2: Nav2File, name: str = "FollowPath") -> MppiParams:
 
 
 def _local_costs(costmap: CostmapParams) -> LocalCosts:
-    """What MPPI's critics have to know of the local costmap."""
+    """What controllers have to know of the local costmap."""
     layers = list(costmap.enabled_layers((*costmap.plugins, *costmap.filters)).items())
     inflation = {name: layer for name, layer in layers if isinstance(layer, InflationLayerParams)}
     is_round = costmap.footprint.strip() in ("", "[]")
@@ -298,6 +300,9 @@ def _params(nav2: Nav2File, node: str, family: str, kind: str, name: str) -> Any
         return read_dwb(nav2, name)
     if params is MppiParams:
         return read_mppi(nav2, name)
+    if params is GracefulParams:
+        local_costs = _local_costs(read_costmap(nav2, "local_costmap"))
+        return nav2.read(GracefulParams, node, name, local_costs=local_costs)
     if params is None:
         return None
     return nav2.read(params, node, name)

@@ -43,8 +43,9 @@ class Twin:
         They are of v, w and perhaps vy.
         """
         dt = self.params.model_dt
-        self.controls = sequences[:, None, :] + noise.astype(float)
-        driven = np.zeros((3, *noise.shape[1:]))
+        # in the precision of the kernels: the limits turn about where a velocity is exactly zero
+        self.controls = sequences[:, None, :].astype(np.float32) + noise
+        driven = np.zeros((3, *noise.shape[1:]), dtype=np.float32)
         measured = (twist.linear_x, twist.angular_z, twist.linear_y)
         for control, speed, start, (_, _, fall, rise) in zip(
             self.controls, driven, measured, self.limits, strict=False
@@ -52,7 +53,11 @@ class Twin:
             speed[:, 0] = start
             for t in range(1, speed.shape[1]):
                 last = speed[:, t - 1]
-                speed[:, t] = control[:, t - 1] = control[:, t - 1].clip(last + fall, last + rise)
+                forward = last > 0.0
+                low = last + np.where(forward, fall, -rise).astype(np.float32)
+                high = last + np.where(forward, rise, -fall).astype(np.float32)
+                speed[:, t] = control[:, t - 1] = control[:, t - 1].clip(low, high)
+        driven = driven.astype(float)
         self.v, self.w, self.vy = driven
         self.yaw = pose.yaw + np.cumsum(self.w * dt, axis=1)
         before = np.hstack((np.full((len(self.v), 1), pose.yaw), self.yaw[:, :-1]))
@@ -135,7 +140,8 @@ class Twin:
 
     def _CostCritic(self, own):  # noqa: N802
         step = own.trajectory_point_step
-        costs = self.costs_at(self.x[:, ::step], self.y[:, ::step])
+        poses = self.x.shape[1] // step
+        costs = self.costs_at(self.x[:, ::step][:, :poses], self.y[:, ::step][:, :poses])
         worst, _ = self.under_robot(costs, step, own)
         hit = self.collisions(worst, own) & (costs > 0)
         each = np.where(costs >= own.near_collision_cost, own.critical_cost, costs)

@@ -23,7 +23,8 @@ from navstack.control.mppi.path_handler import first_cusp, window
 from navstack.control.mppi.path_kernels import furthest_point, nearest_along, nearest_table
 from navstack.control.mppi.rollouts import MppiRollouts, roll_out
 from navstack.control.mppi.scene import MppiScene
-from navstack.params.mppi import CRITICS, OMNI, AckermannParams, LocalCosts, MppiParams
+from navstack.params.local_costs import LocalCosts
+from navstack.params.mppi import CRITICS, OMNI, AckermannParams, MppiParams
 from navstack.params.mppi_critics import (
     CostParams,
     ObstaclesParams,
@@ -302,9 +303,10 @@ def test_what_has_room_touches_nothing_within_it():
     earlier = replace(LAYER, cost_scaling_factor=1.0)  # it does not inflate what is marked after it
     both_layers = replace(COSTS, inflation_layers={"earlier": earlier, "last": LAYER})
     assert not make_body(
-        DELIVERY_ROBOT, True, both_layers, both_layers.inflation("earlier"), 0.05
+        DELIVERY_ROBOT, True, both_layers, both_layers.inflation(""), 0.05
     ).reach.any()
-    assert make_body(DELIVERY_ROBOT, True, both_layers, both_layers.inflation(""), 0.05).reach.any()
+    last = both_layers.inflation("last")
+    assert make_body(DELIVERY_ROBOT, True, both_layers, last, 0.05).reach.any()
 
 
 def test_the_furthest_point_is_found_without_looking_at_all():
