@@ -21,8 +21,8 @@ def check_regular(path: Path, most: int) -> None:
     """
     try:
         status = path.stat()
-    except ValueError:
-        raise OSError(errno.EINVAL, "a name cannot hold a NUL character") from None
+    except ValueError as error:
+        raise OSError(errno.EINVAL, f"no file here has such a name: {error}") from None
     if stat.S_ISDIR(status.st_mode):
         raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
     if not stat.S_ISREG(status.st_mode):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from harness.report.figures import FONT, save_picture
+from harness.report.figures import FONT, own_settings, save_picture
 from harness.report.map_picture import draw_scene
 from harness.storage.shipped import resolve, shipped
 from harness.task.study import RandomStreams
@@ -52,7 +52,6 @@ def draw_fixes(
     Raises:
         InputError: the run has no recording of this delivery, or a preset is unknown.
     """
-    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     recording = run / "recordings" / f"{stack}-{episode}.npz"
@@ -66,7 +65,7 @@ def draw_fixes(
     settings = json.loads((run / "run.json").read_text(encoding="utf-8"))
     scene = load_scene(settings["map_name"])
     measured = {name: fixes_along(way, scene, name, settings["seed"], episode) for name in presets}
-    with rc_context(FONT):
+    with own_settings(**FONT):
         figure = Figure(figsize=(WIDTH_INCH, HEIGHT_INCH), dpi=DPI, layout="constrained")
         places, errors, sky = figure.subplot_mosaic(
             [["places", "errors"], ["places", "sky"]], **_LAYOUT

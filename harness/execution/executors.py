@@ -17,6 +17,7 @@ from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any
 
+_SAFE_PATH = "PYTHONSAFEPATH"  # Python's: nothing is imported from the current folder
 _M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
 
 
@@ -35,7 +36,7 @@ class WorkerProcess(ProcessPoolExecutor):
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Run a call in the process, which starts with the first one."""
-        with _main_left_out():
+        with _nothing_of_the_users():
             future = super().submit(function, *args, **kwargs)
         self._process = next(iter((self._processes or {}).values()), self._process)
         return future
@@ -62,17 +63,23 @@ class WorkerProcess(ProcessPoolExecutor):
 
 
 @contextlib.contextmanager
-def _main_left_out() -> Iterator[None]:
-    """Let processes that start meanwhile not run the program's script again.
+def _nothing_of_the_users() -> Iterator[None]:
+    """Let processes that start meanwhile run nothing of the user's before a task comes.
 
-    So the script need not be guarded against that.
+    Not the program's script again, which need not be guarded against that; and no module of the
+    current folder in place of Python's own, which ``python -c`` would prefer.
     """
-    main = sys.modules["__main__"]
+    main, safe = sys.modules["__main__"], os.environ.get(_SAFE_PATH)
     sys.modules["__main__"] = ModuleType("__main__")
+    os.environ[_SAFE_PATH] = "1"
     try:
         yield
     finally:
         sys.modules["__main__"] = main
+        if safe is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = safe
 
 
 class ParentProcess(WorkerProcess):

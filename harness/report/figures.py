@@ -1,7 +1,8 @@
 """What all figures have in common: size, type, and the files that they become."""
 
+import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,18 @@ FONT: Any = {
 }
 SUFFIXES = (".pdf", ".png")
 UNDATED: dict[str, Any] = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {}}
+
+
+@contextlib.contextmanager
+def own_settings(**settings: Any) -> Iterator[None]:
+    """Draw with matplotlib's defaults and these settings, whatever the user's matplotlibrc says."""
+    from matplotlib import rc_context, rcdefaults
+
+    given: Any = settings
+    with rc_context():
+        rcdefaults()
+        with rc_context(given):
+            yield
 
 
 def error_bars(intervals: Sequence[Interval]) -> list[list[float]]:
@@ -99,10 +112,9 @@ def save_as(
     Raises:
         InputError: a file cannot be written.
     """
-    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with rc_context(FONT | {"font.size": font_size}):
+    with own_settings(**FONT | {"font.size": font_size}):
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
         draw(figure)
         contents = rendered(figure, [path.suffix.lower() for path in paths])

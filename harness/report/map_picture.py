@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from harness.report.figures import save_picture
+from harness.report.figures import own_settings, save_picture
 from harness.report.texts import read_data
 from harness.world.map.scene import Obstacle, Scene, Zone
 from harness.world.map.shapes import Rect
@@ -43,6 +43,7 @@ VIEWS: dict[str, tuple[str, str, Callable[[Scene], BoolArray]] | None] = {
 }
 
 
+@own_settings()
 def draw_map(scene: Scene, path: Path, width_px: int = 1600, view: str = "zones") -> None:
     """Write a picture of a scene as PNG (or PDF, SVG by the suffix), ``width_px`` wide.
 

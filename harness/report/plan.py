@@ -12,7 +12,7 @@ import numpy as np
 
 from harness.plan.question import COST_WEIGHT, Answer
 from harness.report.blocks import Block, Text, declared, notes_of
-from harness.report.figures import save_picture
+from harness.report.figures import own_settings, save_picture
 from harness.report.map_picture import draw_scale_bar
 from harness.report.numbers import number_text
 from harness.world.map.shapes import Rect
@@ -125,6 +125,7 @@ def _cells(answer: Answer) -> tuple[str, ...]:
     )
 
 
+@own_settings()
 def draw_plan(
     costmap: Costmap,
     ends: Sequence[Pose2D],

@@ -1,6 +1,7 @@
 """Files that are whole or not there, and folders with one writer, whatever ends the program."""
 
 import contextlib
+import errno
 import fcntl
 import os
 import re
@@ -29,6 +30,8 @@ BROKEN = (
     zipfile.BadZipFile,
     zlib.error,
 )
+# what fsync of a folder raises on file systems that do not know it, as of some shared folders
+_NOT_OF_FOLDERS = (errno.EINVAL, errno.ENOTSUP, errno.EBADF)
 LOCK = "run.lock"  # in a folder as long as a program writes it
 
 
@@ -197,10 +200,13 @@ def no_links(path: str, flags: int) -> int:
 
 
 def sync_folder(path: Path) -> None:
-    """Put the names in a folder on disk."""
+    """Put the names in a folder on disk, where its file system does that."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in _NOT_OF_FOLDERS:
+            raise
     finally:
         os.close(descriptor)
 

@@ -1,5 +1,6 @@
 """A run folder as it begins: its name, its manifest and its parameters."""
 
+import itertools
 import shutil
 import time
 from collections.abc import Mapping
@@ -31,8 +32,17 @@ TUNING_DOCUMENT, TUNED_STACK = "tune.json", "tuned.yaml"
 
 
 def default_folder(name: str) -> Path:
-    """``results/<time>-<name>`` below the current directory; a long name is cut."""
-    return Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name[:LONGEST]}"
+    """``results/<time>-<name>`` below the current directory; a long name is cut.
+
+    Where there is one of the same second, with a number behind it.
+    """
+    first = Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name[:LONGEST]}"
+    folder = first
+    for number in itertools.count(2):
+        if not folder.exists():
+            break
+        folder = first.with_name(f"{first.name}-{number}")
+    return folder
 
 
 def require_usable(path: Path) -> None:

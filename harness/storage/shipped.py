@@ -115,13 +115,12 @@ def keep_compiled_code() -> None:
     # it takes numpy, which is a third of the time of --help
     from navstack.costmap.field_cache import cache_folder
 
-    folder = next(
-        filter(_is_ours, (cache_folder(), Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}")),
-        None,
-    )
-    os.environ["NUMBA_CACHE_DIR"] = str(
-        (folder or Path(tempfile.mkdtemp(prefix="navbench-"))) / "numba"
-    )
+    folder = cache_folder()
+    if not _is_ours(folder):
+        folder = Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"
+    if not _is_ours(folder):
+        folder = Path(tempfile.mkdtemp(prefix="navbench-"))
+    os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
 
 
 def _is_ours(folder: Path) -> bool:

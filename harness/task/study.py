@@ -199,7 +199,7 @@ def make_study(
     if record not in RECORDS:
         raise UnknownNameError("--record", record, RECORDS)
     if people is not None and is_recording(people):
-        people = str(Path(people).resolve())
+        people = _resolved("people", people)
     params = shipped("params")
     asked = (load_stack(name, localizer, robot, sensors) for name in stacks)
     loaded = tuple(with_substitutes(stack, substitutes, allow_unknown) for stack in asked)
@@ -278,8 +278,20 @@ def _numbers(only: Sequence[int]) -> tuple[int, ...]:
 def _absolute(map_name: str) -> str:
     """A built-in map's name as it is, a file or a district as its absolute path."""
     if is_file(map_name) or is_district(map_name):
-        return str(Path(map_name).resolve())
+        return _resolved("map", map_name)
     return map_name
+
+
+def _resolved(what: str, file: str) -> str:
+    """The absolute path of a file or folder.
+
+    Raises:
+        InputError: no file here can have such a name.
+    """
+    try:
+        return str(Path(file).resolve())
+    except ValueError as error:
+        raise InputError(f"{what} {file!r}: no file here has such a name ({error})") from None
 
 
 def is_recording(people: str) -> bool:

@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import os
 import sys
 import tomllib
 import warnings
@@ -29,6 +30,12 @@ FOLDERS = {
 }
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
+# what the system has no more of, or does not let this program have; the errors name no file
+REFUSED = (
+    *(errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOMEM, errno.EROFS, errno.ENOSYS),
+    errno.ENOENT,  # no folder for temporary files
+)
+MORE_OF_IT = "raise its limits (ulimit -a), and let /dev/shm and a folder in TMPDIR be written"
 LONGEST_LINE = 1000  # [characters] of a complaint
 
 
@@ -106,9 +113,10 @@ def main(arguments: list[str] | None = None, program: click.Command = app) -> No
 
 def _status(arguments: list[str] | None, program: click.Command = app) -> int:
     stop_like_ctrl_c()
-    keep_compiled_code()
+    os.environ["MPLBACKEND"] = "agg"  # no window: a user's other choice may not be installed here
     warnings.showwarning = _show
     try:
+        keep_compiled_code()
         program(arguments, standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
@@ -163,6 +171,10 @@ def _of_the_system(error: Exception) -> str:
         return f"'{error.filename}' cannot be used ({error.strerror}); give another name or path"
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         return f"{UNWRITABLE} ({error.strerror})"
+    if isinstance(error, OSError) and error.errno in REFUSED:
+        return f"the system refused a process, a file or memory ({error.strerror}); {MORE_OF_IT}"
+    if isinstance(error, MemoryError):
+        return "there is not enough memory; free some, or give fewer --workers"
     is_loop = str(error).startswith("Symlink loop")  # so says pathlib before Python 3.13
     return f"{error}; give another path" if is_loop else ""
 

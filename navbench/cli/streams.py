@@ -6,6 +6,8 @@ import os
 import sys
 from typing import Any
 
+_STDERR = 2  # number of its file
+
 
 def provide_streams() -> None:
     """Give a program that was started without them streams that lead to nowhere.
@@ -13,6 +15,7 @@ def provide_streams() -> None:
     They also take the numbers that the next files would get, which children would write to.
 
     Standard output writes a character that it has no bytes for as its escape, as standard error.
+    What is said on standard error may be lost: work and answer go on without.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -20,6 +23,31 @@ def provide_streams() -> None:
             setattr(sys, name, nowhere)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
+    if type(sys.stderr) is io.TextIOWrapper and sys.stderr.fileno() == _STDERR:
+        sys.stderr = io.TextIOWrapper(
+            io.BufferedWriter(_Expendable(_STDERR, "w", closefd=False)),
+            encoding=sys.stderr.encoding,
+            errors="backslashreplace",
+            line_buffering=True,
+        )
+
+
+class _Expendable(io.FileIO):
+    """A stream that leads to nowhere from where its reader has left or its disk is full."""
+
+    def write(self, content: Any, /) -> Any:
+        """Write what can be written; returns how many bytes."""
+        try:
+            return super().write(content)
+        except OSError:
+            _lead_to_nowhere(self.fileno())
+            return len(memoryview(content))
+
+
+def _lead_to_nowhere(number: int) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, number)
+    os.close(nowhere)
 
 
 def lost_output() -> OSError | None:
@@ -30,9 +58,7 @@ def lost_output() -> OSError | None:
     try:
         sys.stdout.flush()
     except OSError as error:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
+        _lead_to_nowhere(sys.stdout.fileno())
         return error
     return None
 

@@ -42,6 +42,25 @@ def test_a_reader_who_leaves_early_is_no_error(words: list[str]) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.parametrize("leaves", [True, False])
+def test_work_and_answer_go_on_where_nobody_reads_what_is_said(leaves: bool) -> None:
+    program = "import click\nfrom navbench.api.progress import count_shown, say\n"
+    program += "from navbench.cli.app import main\n@click.command()\ndef work():\n"
+    program += "    with count_shown('deliveries', 2) as step:\n        say('a note')\n"
+    program += "        step()\n    say('x' * 100000)\n    click.echo('the answer')\n"
+    program += "    raise SystemExit(3)\nmain([], work)"
+    if leaves:
+        end, beginning = os.pipe()
+        os.close(end)
+    else:
+        beginning = os.open("/dev/full", os.O_WRONLY)
+    done = subprocess.run(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=beginning, check=False
+    )
+    os.close(beginning)
+    assert (done.returncode, done.stdout) == (3, b"the answer\n")
+
+
 def test_a_character_that_has_no_bytes_is_written_as_its_escape() -> None:
     """A file's name or a key may be no text that an encoding has bytes for."""
     program = "import click\nfrom navbench.cli.app import main\n"
@@ -57,6 +76,28 @@ def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
     program = program.replace("'paper'", "'nonsense'")
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 2
+
+
+@pytest.mark.parametrize(
+    ("trouble", "told"),
+    [
+        (OSError(errno.EMFILE, os.strerror(errno.EMFILE)), "Too many open files"),
+        (FileNotFoundError(errno.ENOENT, "No usable temporary directory"), "TMPDIR"),
+        (MemoryError(), "fewer --workers"),
+    ],
+)
+def test_what_the_system_refuses_is_one_line(
+    capsys: pytest.CaptureFixture[str], trouble: Exception, told: str
+) -> None:
+    @click.command()
+    def refused() -> None:
+        raise trouble
+
+    with pytest.raises(SystemExit) as leaving:
+        main([], refused)
+    said = capsys.readouterr().err
+    assert leaving.value.code == 1 and said.count("\n") == 1
+    assert told in said
 
 
 @pytest.mark.parametrize("trouble", [errno.ENOSPC, errno.EACCES, errno.ENOENT])

@@ -64,6 +64,18 @@ def test_an_error_that_cannot_be_unpickled_is_the_tasks_own() -> None:
     assert not finished.lost
 
 
+def test_a_worker_imports_nothing_of_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A received folder may hold a file that is called as a module of Python's."""
+    for name in ("socket.py", "pickle.py"):
+        (tmp_path / name).write_text("raise ImportError('of the current folder')")
+    monkeypatch.chdir(tmp_path)
+    with WorkerProcess() as executor:
+        assert executor.submit(abs, -3).result() == 3
+    assert "PYTHONSAFEPATH" not in os.environ
+
+
 def test_an_executor_with_several_workers() -> None:
     with ProcessPoolExecutor(2) as shared, Workers(2, lambda: shared) as workers:
         check_doubles(workers)

@@ -33,6 +33,17 @@ def test_it_is_beside_the_cached_fields(tmp_path: Path, monkeypatch: pytest.Monk
     assert kept() == tmp_path / "cache" / "numba"
 
 
+def test_no_temporary_folder_is_looked_for_where_none_is_needed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nowhere() -> str:
+        raise FileNotFoundError("No usable temporary directory found")
+
+    monkeypatch.setattr(tempfile, "gettempdir", nowhere)
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
+    assert kept() == tmp_path / "cache" / "numba"
+
+
 def test_a_folder_for_all_users_has_one_for_each_that_only_he_can_write(tmp_path: Path) -> None:
     folder = kept().parent
     assert folder == tmp_path / f"navbench-{os.getuid()}" and folder.stat().st_mode & 0o777 == 0o700

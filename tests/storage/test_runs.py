@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import time
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from harness.storage.files import (
     write_text,
 )
 from harness.storage.journal import line_of, record_of
-from harness.storage.new_run import MANIFEST, create_run
+from harness.storage.new_run import MANIFEST, create_run, default_folder
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from navstack.errors import InputError
 
@@ -331,3 +332,34 @@ def test_a_path_is_told_as_from_the_current_folder(
     monkeypatch.chdir(tmp_path / "here")
     assert nearby(tmp_path / "here" / "results" / "one") == Path("results/one")
     assert nearby(tmp_path / "there") == tmp_path / "there"
+
+
+def test_a_file_arrives_where_folders_cannot_be_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on some shared folders; another trouble is told."""
+    sync = os.fsync
+
+    def of_files(descriptor: int) -> None:
+        if os.path.isdir(f"/proc/self/fd/{descriptor}"):
+            raise OSError(trouble, os.strerror(trouble))
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", of_files)
+    trouble = errno.EINVAL
+    write_text(tmp_path / "file", "text")
+    assert (tmp_path / "file").read_text() == "text"
+    trouble = errno.EIO
+    with pytest.raises(OSError, match=os.strerror(errno.EIO)):
+        write_text(tmp_path / "file", "text")
+
+
+def test_runs_of_one_second_get_folders_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(time, "strftime", lambda form: "20260101-000000")
+    for name in ("mine", "mine-2", "mine-3"):
+        folder = default_folder("mine")
+        assert folder == Path(f"results/20260101-000000-{name}")
+        folder.mkdir(parents=True)

@@ -117,3 +117,11 @@ def test_a_file_that_is_neither_a_stack_nor_nav2s_is_not_taken_for_a_stack(
     file.write_text(text)
     with pytest.raises(InputError, match="neither a Nav2 parameter file, .* nor a stack file"):
         load_stack(str(file))
+
+
+@pytest.mark.parametrize(
+    "given", [{"map_name": "a\0b.yaml"}, {"people": "a\0b.csv"}, {"people": "\ud800.csv"}]
+)
+def test_a_name_that_no_file_can_have_is_one_line(given: dict[str, str]) -> None:
+    with pytest.raises(InputError, match="no file here has such a name"):
+        make_study(stacks=["nav2-gps"], episodes=1, **given)

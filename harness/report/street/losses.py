@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from harness.analysis.street_losses import StreetLosses, square_of
-from harness.report.figures import save_picture
+from harness.report.figures import own_settings, save_picture
 from harness.street.route_graph import RouteGraph
 
 _INCHES = 7.0
 
 
+@own_settings()
 def draw_losses(losses: StreetLosses, graph: RouteGraph, path: Path) -> None:
     """Colour the ways that were driven by dollars lost per metre; the others are grey.
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from harness.report.figures import save_picture
+from harness.report.figures import own_settings, save_picture
 from harness.report.map_picture import draw_legend, draw_scene
 from harness.street.district import District, overview
 from harness.street.route_graph import RouteGraph
@@ -13,6 +13,7 @@ _LEAST = 3.2  # [inch] of the whole height, for the legend
 _TALLEST = 2.5  # times as tall as wide
 
 
+@own_settings()
 def draw_district(district: District, graph: RouteGraph, path: Path) -> None:
     """Write a picture of ground, buildings, furniture and ways.
 

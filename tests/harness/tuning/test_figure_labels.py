@@ -1,9 +1,12 @@
 """Labels of tuning figures fit into them, whatever the parameters are called."""
 
+from pathlib import Path
+
+from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from harness.report.figures import WIDTH_INCH
+from harness.report.figures import WIDTH_INCH, save_as
 from harness.report.tuning.figures import _waterfall
 from harness.report.tuning.tables import value_text
 from harness.statistics.interval import Interval
@@ -41,3 +44,12 @@ def test_labels_of_a_waterfall_lie_within_the_figure() -> None:
 def test_values_are_told_in_few_characters() -> None:
     values = (6_000_000_000, 2, 2.0553, True, "partner")
     assert [value_text(value) for value in values] == ["6e9", "2", "2.055", "True", "partner"]
+
+
+def test_a_users_settings_of_matplotlib_change_no_figure(tmp_path: Path) -> None:
+    contents = []
+    for settings in ({}, {"axes.facecolor": "red", "text.usetex": True, "savefig.bbox": "tight"}):
+        with rc_context(settings):
+            save_as([tmp_path / "a.png"], (3.0, 2.0), lambda figure: figure.add_subplot())
+        contents.append((tmp_path / "a.png").read_bytes())
+    assert contents[0] == contents[1]
