@@ -70,7 +70,7 @@ def test_errors_and_warnings_as_text(run):
     [
         "move_group:\n  ros__parameters:\n    robot_description: arm\n",
         "slam_toolbox:\n  ros__parameters:\n    mode: mapping\n",
-        "/*/amcl:\n  ros__parameters:\n    use_sim_time: true\n",
+        "/*/move_group:\n  ros__parameters:\n    use_sim_time: true\n",
     ],
 )
 def test_a_file_without_a_node_of_nav2_is_no_file_of_defaults(run, text):

@@ -4,6 +4,7 @@ from navstack.errors import ParameterError
 from navstack.params.costmap import InflationLayerParams
 from navstack.params.nav2_file.file import load_nav2
 from navstack.params.nav2_file.views import read_controller, read_costmap
+from navstack.params.registry.releases import span
 
 DWB = """
 controller_server:
@@ -426,3 +427,77 @@ def test_what_a_monitor_needs_to_start_is_told(inspect):
     )
     assert not [each for each in inspect(whole).notices if each.id == "missing-value"]
     assert not [each for each in inspect(DWB).notices if each.id == "missing-value"]
+
+
+def told(file) -> dict[str, list[str]]:
+    """What is said, by id."""
+    found: dict[str, list[str]] = {}
+    for notice in file.notices:
+        found.setdefault(notice.id, []).append(f"{notice.path}: {notice.message}")
+    return found
+
+
+LAYERS = """\
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      plugins: [{names}]
+      obstacle_layer: {{enabled: true}}
+"""
+
+
+def test_nav2_gives_types_to_its_own_list_only(inspect):
+    own = inspect(LAYERS.format(names='"static_layer", "obstacle_layer", "inflation_layer"'))
+    assert "missing-plugin" not in told(own)
+    other = inspect(LAYERS.format(names='"obstacle_layer", "inflation_layer"'))
+    first, second = sorted(told(other)["missing-plugin"], reverse=True)
+    assert "obstacle_layer: its 'plugin' is missing" in first
+    assert "inflation_layer: its 'plugin' is missing" in second
+    assert not other.errors, "here it has a type"
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("planner_server: {ros__parameters: {planner_plugins: GridBased}}", "a list"),
+        ("collision_monitor: {ros__parameters: {polygons: Zone}}", "a list"),
+        (
+            LAYERS.format(names='"obstacle_layer"').replace(
+                "enabled: true",
+                'plugin: "nav2_costmap_2d::ObstacleLayer", observation_sources: [scan]',
+            ),
+            "a text",
+        ),
+    ],
+)
+def test_names_are_a_list_or_a_text_as_nav2_declares_them(inspect, text: str, wanted: str):
+    assert any(f"is not {wanted}" in error for error in inspect(text).errors)
+
+
+def test_a_filter_wants_the_topic_of_its_info(inspect):
+    text = "global_costmap: {global_costmap: {ros__parameters: {filters: [keepout], "
+    text += 'keepout: {plugin: "nav2_costmap_2d::KeepoutFilter"%s}}}}'
+    topic = ', filter_info_topic: "/info"'
+    assert "missing-value" not in told(inspect(text % topic))
+    (message,) = told(inspect(text % ""))["missing-value"]
+    assert message.startswith("global_costmap: keepout.filter_info_topic: is missing")
+
+
+@pytest.mark.parametrize(
+    ("type_", "model", "said"),
+    [
+        ("nav2_navfn_planner/NavfnPlanner", "nav2_amcl::DifferentialMotionModel", "until iron"),
+        ("nav2_navfn_planner::NavfnPlanner", "differential", "until galactic"),
+        ("nav2_navfn_planner::NavfnPlanner", "nav2_amcl::DifferentialMotionModel", ""),
+    ],
+)
+def test_a_name_of_another_release_is_told(inspect, type_: str, model: str, said: str):
+    """Jazzy's names of these plugins are their classes', with ``::``."""
+    text = "planner_server: {ros__parameters: {planner_plugins: [GridBased], costmap_update_timeout"
+    text += f': 1.0, GridBased: {{plugin: "{type_}"}}}}}}\n'
+    text += "controller_server: {ros__parameters: {costmap_update_timeout: 0.3}}\n"
+    text += f'amcl: {{ros__parameters: {{robot_model_type: "{model}", freespace_downsampling: '
+    text += "false}}\n"
+    names = inspect(text).names
+    lacking = [name for name in names if "jazzy" not in name.releases]
+    assert [span(name.releases) for name in lacking] == ([said] if said else [])

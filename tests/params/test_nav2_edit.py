@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from navstack.errors import ParameterError
 from navstack.params.nav2_file.edit import format_value, set_value, set_values
-from navstack.params.nav2_file.file import load_nav2
+from navstack.params.nav2_file.file import inspect_nav2, load_nav2
 from navstack.params.nav2_file.ros_yaml import parse_document
 from navstack.params.nav2_file.views import read_costmap, read_dwb, read_velocity_smoother
 
@@ -64,8 +64,69 @@ def test_comments_between_entries_of_a_list_stay():
         "    # turning\n      - 1.5\n"
     )
     after = set_value(text, ("n",), "v", [2.0, 0, 1], "here")
-    assert after == text.replace("1.5", "1.0")
+    assert after == text.replace("1.5", "1.0").replace("- 0\n", "- 0.0\n")
     assert "[1.0]" in set_value(text, ("n",), "v", [1.0], "here")
+
+
+BLOCK = """\
+controller_server:
+  ros__parameters:
+    FollowPath:
+      critics :  # * of ours
+        # turns first
+        - "RotateToGoal"
+        - GoalDist  # the last
+      max_vel_x: 0.5
+"""
+
+
+def test_names_added_to_a_list_leave_its_comments():
+    node, name = ("controller_server",), "FollowPath.critics"
+    added = set_value(BLOCK, node, name, ["RotateToGoal", "GoalDist", "Oscillation", "X"], "f")
+    lines = ['        - "Oscillation"', '        - "X"']
+    assert added.splitlines() == [*BLOCK.splitlines()[:-1], *lines, BLOCK.splitlines()[-1]]
+    changed = set_value(added, node, name, ["RotateToGoal", "PathDist", "Oscillation", "X"], "f")
+    assert changed == added.replace("GoalDist", '"PathDist"')
+    both = set_values(BLOCK, [(node, "FollowPath.a", 1), (node, name, ["A", "B", "C"])], "f")
+    (text,) = parse_document(both, "f").nodes
+    assert text.entries[name].value == ["A", "B", "C"] and text.entries["FollowPath.a"].value == 1
+    flow = BLOCK[: BLOCK.index(" :")] + ': ["A", B]  # two\n'
+    assert set_value(flow, node, name, ["A", "B", "C"], "f") == flow.replace("B]", 'B, "C"]')
+    assert set_value(flow, node, name, ["C"], "f") == flow.replace('["A", B]', '["C"]')
+
+
+def test_a_list_of_whole_numbers_becomes_decimal_as_one():
+    """ROS refuses a file with a list of both."""
+    text = "velocity_smoother:\n  ros__parameters:\n    max_velocity: [1, 0, 2]  # fast\n"
+    node, name = ("velocity_smoother",), "max_velocity"
+    assert "[0.8, 0.0, 2.0]  # fast" in set_value(text, node, name, [0.8, 0, 2], "f")
+    assert "[3, 0, 2]  # fast" in set_value(text, node, name, [3, 0, 2], "f")
+
+
+def test_a_node_is_added_before_the_end_of_the_document():
+    text = "a:\n  ros__parameters:\n    b: 1\n...\n"
+    after = set_value(text, ("c",), "d", 2, "f")
+    assert after == text.replace("...", "\nc:\n  ros__parameters:\n    d: 2\n...")
+
+
+@pytest.mark.parametrize(
+    ("text", "added"),
+    [
+        ("robot1:\n  controller_server:\n    ros__parameters:\n      a: 1\n", "/robot1/"),
+        ("/robot1/controller_server:\n  ros__parameters:\n    a: 1\n", "/robot1/"),
+        ("/**:\n  controller_server:\n    ros__parameters:\n      a: 1\n", "/**/"),
+        ("controller_server:\n  ros__parameters:\n    a: 1\n", ""),
+    ],
+)
+def test_a_new_node_joins_the_namespace_of_the_others(tmp_path, text, added):
+    path = tmp_path / "nav2.yaml"
+    path.write_text(text)
+    nav2 = inspect_nav2(path, allow_unknown=True)
+    after = nav2.with_values({"velocity_smoother.max_velocity": [0.8, 0.0, 2.5]}, True)
+    assert f"\n{added}velocity_smoother:\n  ros__parameters:\n" in after.document.text
+    assert after.value("velocity_smoother", "max_velocity") == [0.8, 0.0, 2.5]
+    own = nav2.with_values({"controller_server.b": 2}, True)
+    assert own.document.text.count("ros__parameters") == 1, "it goes to the section that is there"
 
 
 def test_an_anchored_value_is_refused():

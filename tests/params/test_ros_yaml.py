@@ -176,3 +176,20 @@ def test_empty_values_are_remarked():
     )
     assert [line for kind, line, _ in document.remarks if kind == "empty"] == [3, 5]
     assert list(document.nodes[0].entries) == ["alpha2"]
+
+
+def test_what_ros_refuses_a_file_for_is_remarked():
+    text = (
+        "robot-1/n:\n  ros__parameters:\n    a: []\n    b: {}\n    c: [0.1, 0, 1.0]\n"
+        "    d: [1, 2]\n"
+    )
+    document = parse_document(text, "f")
+    assert [(kind, line) for kind, line, _ in document.remarks] == [
+        ("node-name", 1),
+        ("empty", 3),
+        ("empty", 4),
+        ("mixed-list", 5),
+    ]
+    assert document.nodes[0].entries["a"].value == []
+    names = "<robot_namespace>:\n  /**/n_1:\n    ros__parameters: {a: 1}\n"
+    assert not parse_document(names, "f").remarks

@@ -23,6 +23,7 @@ from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
+from navstack.params.registry.bindings import ONLY_WITHOUT
 from navstack.type_hints import hints_of
 
 SCALARS = (bool, int, float, str)
@@ -45,7 +46,7 @@ class AbsentError(ParameterError):
 
 
 class NoPluginError(AbsentError):
-    """A file has no plugin of the type that a path names."""
+    """A file has no plugin of the type that a path names, or its release no such node."""
 
 
 def locate(nav2: Nav2File, path: str) -> ParameterPlace:
@@ -158,9 +159,15 @@ def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
     name, index = (
         (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
     )
-    visits = nav2.visits.get(node, ())
+    if not nav2.runs(node):
+        raise NoPluginError(
+            f"path '{path}': {nav2.path.name} reads like a file of Nav2 {nav2.release}, which has "
+            f"no {node}; leave it out"
+        )
     known = {
-        each: (kind, default) for visit in visits for each, kind, default in _parameters(visit)
+        each: (kind, default)
+        for visit in nav2.visits.get(node, ())
+        for each, kind, default in _parameters(nav2, node, visit)
     }
     given = _TYPE.search(name)
     if given is not None:
@@ -233,13 +240,19 @@ def _absent(
     return AbsentError(f"{what} has no such parameter{did_you_mean(f'{node}.{name}', places)}")
 
 
-def _parameters(visit: Visit) -> Iterator[tuple[str, Any, Any]]:
-    """Name, type and default of what a file may hold in a namespace.
+def _parameters(nav2: Nav2File, node: str, visit: Visit) -> Iterator[tuple[str, Any, Any]]:
+    """Name, type and default of what a file may hold in a namespace, and that counts there.
 
     Other namespaces have visits of their own.
     """
     hints = hints_of(visit.params)
+    idle: set[str] = set()
+    for other, names in ONLY_WITHOUT.get(visit.params, {}).items():
+        if nav2.value(node, f"{visit.prefix}{other}") is not None:
+            idle |= names
     for field in dataclasses.fields(visit.params):
+        if field.name in idle:
+            continue
         kind = hints[field.name]
         if typing.get_origin(kind) in (typing.Union, types.UnionType):
             kind = next(option for option in typing.get_args(kind) if option is not type(None))

@@ -4,9 +4,11 @@ Everything else stays as it is, comments included.
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ruamel.yaml.error import YAMLError
 from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
 from navstack.errors import ParameterError
@@ -14,12 +16,16 @@ from navstack.params.nav2_file.ros_yaml import (
     PARAMETERS,
     Document,
     NodeText,
+    ParameterEntry,
     Value,
     end_index,
     is_alias,
     parse_document,
 )
 from navstack.params.nav2_file.yaml_text import compose_text
+
+_END = re.compile(r"^\.\.\.(?=\s|\Z)", re.MULTILINE)  # of a document
+_DEEPEST = 1_000_000  # [characters] of an indent
 
 
 class _Edit(NamedTuple):
@@ -57,22 +63,29 @@ def set_values(text: str, changes: Sequence[tuple[tuple[str, ...], str, Value]],
         if node is None or node.mapping is None or not node.mapping.value:
             new_nodes.setdefault(path, {})[name] = value
         elif name in node.entries:
-            edit = _replacement(document, node, name, value, where)
-            replaced[edit.start] = edit
+            first, *more = _replacement(document, node, name, value, where)
+            replaced[first.start] = first
+            added += more
         else:
             added.append(_addition(document, node.mapping, name, value))
     edits = sorted([*replaced.values(), *added], key=lambda edit: (edit.start, -edit.indent))
     for start, end, new, _ in reversed(edits):
         text = text[:start] + new + text[end:]
+    closing = _END.search(text)
+    rest = "" if closing is None else text[closing.start() :]
+    text = text.removesuffix(rest)
     for path, parameters in new_nodes.items():
         text += _new_node(text, path, parameters)
-    return text
+    return text + rest
 
 
 def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value]) -> str:
     """The lines of a node that a text does not have yet."""
-    indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*path, PARAMETERS)))
-    indent, added = "  " * (len(path) + 1), f"\n{indented}"
+    *namespace, name = path
+    is_costmap = namespace == [name]
+    keys = path if is_costmap or not namespace else (f"/{'/'.join(path)}",)
+    indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*keys, PARAMETERS)))
+    indent, added = "  " * (len(keys) + 1), f"\n{indented}"
     for name, value in parameters.items():
         added += f"{indent}{name}: {format_value(value)}\n"
     if text and not text.endswith("\n"):
@@ -80,8 +93,10 @@ def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value])
     return added.replace("\n", _line_end(text))
 
 
-def _replacement(document: Document, node: NodeText, name: str, value: Value, where: str) -> _Edit:
-    """Another value for a parameter that the node has."""
+def _replacement(
+    document: Document, node: NodeText, name: str, value: Value, where: str
+) -> list[_Edit]:
+    """Another value for a parameter that the node has, and lines that are added to its list."""
     entry = node.entries[name]
     if entry.start < entry.name_end:
         raise ParameterError(
@@ -91,39 +106,68 @@ def _replacement(document: Document, node: NodeText, name: str, value: Value, wh
         advice = "which ROS refuses; write its value out to change it"
         raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
     old = document.text[entry.start : entry.end]
-    new = _replaced(old, _kept_decimal(value, entry.value), entry.value)
-    return _Edit(entry.start, entry.end, new)
-
-
-def _replaced(old: str, value: Value, known: Value) -> str:
-    """The text of a value with another in its place.
-
-    ``old`` of a block list begins behind the colon.
-    """
-    if isinstance(value, list) and isinstance(known, list) and len(value) == len(known):
-        items = _scalars(old)
-        if items:
-            for item, new, before in reversed(list(zip(items, value, known, strict=True))):
-                if new != before:
-                    head, tail = old[: item.start_mark.index], old[item.end_mark.index :]
-                    old = head + format_value(new) + tail
-            return old
+    value = _kept_decimal(value, entry.value)
+    known = entry.value
+    if isinstance(value, list) and isinstance(known, list) and len(value) >= len(known):
+        sequence = _sequence(old)
+        if sequence is not None:
+            items = _with_items(old, sequence, value, known)
+            return [_Edit(entry.start, entry.end, items), *_lines(document, entry, sequence, value)]
     text = format_value(value)
     if old[:1].isspace() or not old:
         text = f" {text}"
-    return text
+    return [_Edit(entry.start, entry.end, text)]
 
 
-def _scalars(old: str) -> list[ScalarNode]:
-    """The entries of a list's text; none if it is something else, or has aliases or lists."""
-    if "*" in old:
+def _with_items(old: str, sequence: SequenceNode, value: list[Value], known: list[Value]) -> str:
+    """The text of a list with other entries in their places; those within brackets are added."""
+    items = sequence.value
+    if sequence.flow_style:
+        more = "".join(f", {format_value(each)}" for each in value[len(known) :])
+        end = items[-1].end_mark.index
+        old = old[:end] + more + old[end:]
+    for item, new, before in reversed(list(zip(items, value, known, strict=False))):
+        if new != before or type(new) is not type(before):
+            head, tail = old[: item.start_mark.index], old[item.end_mark.index :]
+            old = head + format_value(new) + tail
+    return old
+
+
+def _lines(
+    document: Document, entry: ParameterEntry, sequence: SequenceNode, value: list[Value]
+) -> list[_Edit]:
+    """The lines of what is added to a block list, behind the last one's comment."""
+    if sequence.flow_style:
         return []
-    root = compose_text(old)
-    if not isinstance(root, SequenceNode):
-        return []
-    if not all(isinstance(item, ScalarNode) for item in root.value):
-        return []
-    return list(root.value)
+    end = _line_of(document.text, entry.end)
+    begin = f"{_line_end(document.text)}{' ' * sequence.start_mark.column}- "
+    more = value[len(sequence.value) :]
+    # deeper than any parameter that is added behind the same line
+    return [_Edit(end, end, "".join(f"{begin}{format_value(each)}" for each in more), _DEEPEST)]
+
+
+def _line_of(text: str, index: int) -> int:
+    """Where the line ends that has a character."""
+    end = text.find("\n", index)
+    if end < 0:
+        end = len(text)
+    return end - text[:end].endswith("\r")
+
+
+def _sequence(old: str) -> SequenceNode | None:
+    """A list's text as it is composed; None: it is something else, empty, or has aliases or lists.
+
+    The text of a block list begins behind the colon.
+    """
+    try:
+        root = compose_text(old)
+    except YAMLError:  # an alias to what stands elsewhere
+        return None
+    if not isinstance(root, SequenceNode) or not root.value:
+        return None
+    starts = [item.start_mark.index for item in root.value]
+    is_plain = all(isinstance(item, ScalarNode) for item in root.value)
+    return root if is_plain and starts == sorted(set(starts)) else None
 
 
 def _line_end(text: str) -> str:
@@ -148,12 +192,10 @@ def format_value(value: Value) -> str:
 def _kept_decimal(new: Value, old: Value) -> Value:
     if isinstance(old, float) and isinstance(new, int) and not isinstance(new, bool):
         return float(new)
-    if (
-        isinstance(old, list)
-        and isinstance(new, list)
-        and any(isinstance(item, float) for item in old)
-    ):
-        return [_kept_decimal(item, 0.0) for item in new]
+    if isinstance(old, list) and isinstance(new, list):
+        # ROS refuses a list of whole and decimal numbers
+        if any(isinstance(item, float) for item in (*old, *new)):
+            return [_kept_decimal(item, 0.0) for item in new]
     return new
 
 
@@ -168,11 +210,8 @@ def _addition(document: Document, mapping: MappingNode, name: str, value: Value)
     if mapping.flow_style:
         start = mapping.value[0][0].start_mark.index
         return _Edit(start, start, f"{line}, ")
-    end = text.find("\n", end_index(mapping, text))
-    if end < 0:
-        end = len(text)
+    end = _line_of(text, end_index(mapping, text))
     indent = mapping.value[0][0].start_mark.column
-    end -= text[:end].endswith("\r")
     return _Edit(end, end, f"{_line_end(text)}{' ' * indent}{line}", indent)
 
 

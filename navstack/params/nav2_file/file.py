@@ -27,11 +27,11 @@ from navstack.params.nav2_file.merged import dump, merged
 from navstack.params.nav2_file.newer_forms import convert_newer_forms
 from navstack.params.nav2_file.nodes import (
     MONITOR,
-    default_path,
     entries_of,
     in_file,
     is_wildcard,
     joined_notices,
+    new_path,
     node_notices,
     nodes_to_check,
     require_nodes,
@@ -195,7 +195,7 @@ class Nav2File:
         for sections in (holding, own):
             if sections:
                 return sections[-1].path
-        return default_path(node)
+        return new_path(self.document, node)
 
 
 def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:

@@ -87,6 +87,10 @@ def filter_notices(parameters: Parameters, folder: Path) -> list[Notice]:
     for each in _filters(parameters, folder):
         info = parameters[each.mask.info_node] if each.mask else {}
         kind = value_of(info, "type", _INFO.type)
+        if f"{each.name}.filter_info_topic" not in parameters[each.node]:
+            message = "is missing; Nav2's costmap does not start without it"
+            path = f"{each.path}.filter_info_topic"
+            notices.append(Notice("missing-value", path, message))
         if each.missing and each.type == KEEPOUT_FILTER:
             message = f"its mask {each.missing.yaml_filename} is not here; the world's own is used"
             notices.append(Notice("no-mask", each.path, message))

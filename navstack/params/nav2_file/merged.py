@@ -56,6 +56,8 @@ def _defaults(params: Params) -> Iterator[tuple[str, Value]]:
             default = int(default)
         if isinstance(default, tuple):
             default = list(default)
+        if default == []:  # ROS takes it for no value; Nav2 has the same default
+            continue
         if isinstance(default, bool | int | float | str | list):
             yield parameter_of(field.name), default
 

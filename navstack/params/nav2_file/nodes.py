@@ -28,8 +28,11 @@ DEFAULT_TREES = (
 
 
 def is_wildcard(text: NodeText) -> bool:
-    """Whether a section stands for several nodes, as ``/**`` does."""
-    return any("*" in part for part in text.path)
+    """Whether a section stands for several nodes, as ``/**`` does.
+
+    That of ``/**/amcl`` is one node's, in whatever namespace.
+    """
+    return "*" in text.path[-1]
 
 
 def node_name(text: NodeText) -> str:
@@ -42,6 +45,17 @@ def default_path(node: str) -> tuple[str, ...]:
     if node in COSTMAPS:
         return (node, node)
     return (node,)
+
+
+def new_path(document: Document, node: str) -> tuple[str, ...]:
+    """Where a node that a file lacks would stand: in the namespace that all its others are in."""
+    namespaces = set()
+    for text in document.nodes:
+        name = node_name(text)
+        if not is_wildcard(text) and name in nodes.NODES:
+            namespaces.add(text.path[: -len(default_path(name))])
+    common = namespaces.pop() if len(namespaces) == 1 else ()
+    return (*common, *default_path(node))
 
 
 def sections_of(document: Document, node: str) -> list[NodeText]:

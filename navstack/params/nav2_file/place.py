@@ -56,6 +56,10 @@ class Namespace:
             return tuple(self.block.plugins[key].defaults)
         return ()
 
+    def lists_defaults(self, key: str) -> bool:
+        """Whether a list names what Nav2 lists itself, to which alone it gives types."""
+        return self.listed_names(key) == tuple(self.block.plugins[key].defaults)
+
     @property
     def all_listed(self) -> set[str]:
         """The names in all of its lists, each of which wants a section."""

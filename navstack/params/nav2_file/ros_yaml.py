@@ -28,6 +28,7 @@ _FALSE = frozenset(("N", "n", "no", "No", "NO", "false", "False", "FALSE", "off"
 _INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)")
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _PLACEHOLDER = re.compile(r"\$\(.*\)|\$?\{.*\}|<.*>|[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
+_NAME = re.compile(r"\w+|\*\*?", re.ASCII)  # of a node or namespace; * and ** stand for any
 _SPECIAL = re.compile(r"[+-]?\.?(inf|nan)", re.IGNORECASE)
 
 
@@ -143,6 +144,7 @@ class _Reader:
         for name, key, value in self._pairs(mapping, "".join(f"{part}/" for part in path)):
             line = key.start_mark.line + 1
             here = (*path, *(part for part in name.split("/") if part))
+            self._check_names(here[len(path) :], line)
             if name == PARAMETERS:
                 self._read_parameters(path, value, line)
             elif isinstance(value, MappingNode):
@@ -160,6 +162,12 @@ class _Reader:
                     ", where ROS reads no value and refuses the file"
                     f"; expected <node>: {PARAMETERS}: <parameters>{hint}"
                 )
+
+    def _check_names(self, parts: tuple[str, ...], line: int) -> None:
+        for part in parts:
+            if not (_NAME.fullmatch(part) or is_placeholder(part)):
+                message = f"'{part}' is no name of a node or namespace: letters, digits and _ are"
+                self._remark("node-name", line, f"{message}; ROS refuses such a file")
 
     def _read_parameters(self, path: tuple[str, ...], value: Node, line: int) -> None:
         if not path:
@@ -186,6 +194,10 @@ class _Reader:
     ) -> None:
         for name, key, value in self._pairs(mapping, f"{node}: {prefix}"):
             dotted, line = f"{prefix}{name}", key.start_mark.line + 1
+            if isinstance(value, MappingNode | SequenceNode) and not value.value:
+                kind = "section" if isinstance(value, MappingNode) else "list"
+                message = f"{node}: {dotted} is an empty {kind}, which ROS takes for no value"
+                self._remark("empty", line, f"{message}; nodes with it fail to start")
             if isinstance(value, MappingNode):
                 self._flatten(f"{dotted}.", value, entries, node)
             elif _is_empty(value):
@@ -198,7 +210,7 @@ class _Reader:
                 start = value.start_mark.index
                 is_block_list = isinstance(value, SequenceNode) and not value.flow_style
                 if is_block_list and not is_alias(key, value):
-                    start = key.end_mark.index + 1
+                    start = self._document.text.index(":", key.end_mark.index) + 1
                 read = self._value(value, f"{node}: {dotted}")
                 end = end_index(value, self._document.text)
                 entries[dotted] = ParameterEntry(read, line, start, end, key.end_mark.index)
@@ -231,7 +243,12 @@ class _Reader:
         if isinstance(node, ScalarNode):
             return parse_scalar(node.value, quoted=node.style is not None)
         if isinstance(node, SequenceNode):
-            return [self._value(item, where) for item in node.value]
+            values = [self._value(item, where) for item in node.value]
+            if len({type(value) for value in values}) > 1:
+                message = f"{where} is a list of several kinds, such as 1 and 0.5"
+                line = node.start_mark.line + 1
+                self._remark("mixed-list", line, f"{message}; ROS refuses such a file")
+            return values
         raise ParameterError(
             f"{self._where}: line {node.start_mark.line + 1}: {where} is a list of mappings"
         )

@@ -65,9 +65,10 @@ NO_EFFECT: Mapping[Params, frozenset[str]] = {
     ObstacleLayerParams: frozenset({"min_obstacle_height", "max_obstacle_height"}),
 }
 
-# dataclass -> list parameter -> parameters that count only where the list is absent
+# dataclass -> parameter -> parameters that count only where it is absent
 ONLY_WITHOUT: Mapping[Params, Mapping[str, frozenset[str]]] = {
     DwbParams: {"critics": frozenset(name for name, _ in FALLBACK_SCALES.values())},
+    PolygonParams: {"max_points": frozenset({"min_points"})},
 }
 
 

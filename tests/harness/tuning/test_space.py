@@ -3,6 +3,7 @@
 What is found, what is refused, and what a point writes.
 """
 
+import dataclasses
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from harness.tuning.space.fitting import fit_space
 from harness.tuning.space.paths import (
     COMMA,
     AbsentError,
+    NoPluginError,
     edited_list,
     is_list,
     locate,
@@ -308,6 +310,36 @@ def test_what_a_space_does_beside_is_told(tmp_path: Path) -> None:
     ).notes
     assert any("a change sets velocity_smoother.max_velocity[0], now 1.5" in note for note in notes)
     assert any("constraint speed <= gone is left out" in note for note in notes)
+
+
+def test_a_node_that_the_files_release_lacks_is_not_tuned(tmp_path: Path) -> None:
+    """Galactic brings up no velocity smoother: a limit written for it would be for a later one."""
+    limit = "velocity_smoother.max_velocity[0]"
+    text = f"title: own\nparameters:\n  speed: {{path: '{DWB}.max_vel_x', also: ['{limit}'], "
+    (tmp_path / "own.yaml").write_text(text + "low: 1, high: 2}\n")
+    of_stock = nav2("stock")
+    entries = {**of_stock.parameters, "velocity_smoother": {}}
+    older = dataclasses.replace(of_stock, parameters=entries, release="galactic")
+    spaces = read_spaces([tmp_path / "own.yaml"])
+    for file, paths_of in ((older, 1), (of_stock, 2)):
+        (speed,) = fit_space(*spaces, file).parameters
+        assert len(speed.paths) == paths_of
+    with pytest.raises(NoPluginError, match="Nav2 galactic, which has no velocity_smoother"):
+        locate(older, limit)
+
+
+def test_points_that_max_points_overrides_are_not_tuned(tmp_path: Path) -> None:
+    text = "collision_monitor:\n  ros__parameters:\n    polygons: [Zone]\n"
+    text += "    observation_sources: [scan]\n    scan: {type: scan, topic: /scan}\n"
+    text += "    Zone: {type: circle, radius: 0.3, action_type: stop, max_points: 5}\n"
+    for key, counts in (("max_points", False), ("min_points", True)):
+        (tmp_path / "nav2.yaml").write_text(text.replace("max_points", key))
+        file = load_nav2(tmp_path / "nav2.yaml")
+        if counts:
+            assert locate(file, "collision_monitor.Zone.min_points").value == 5
+        else:
+            with pytest.raises(AbsentError):
+                locate(file, "collision_monitor.Zone.min_points")
 
 
 def test_constraints_bind_points_and_speak_of_numbers_that_stay(tmp_path: Path) -> None:
