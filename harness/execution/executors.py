@@ -18,6 +18,7 @@ from types import ModuleType
 from typing import Any
 
 _SAFE_PATH = "PYTHONSAFEPATH"  # Python's: nothing is imported from the current folder
+_STARTING = threading.Lock()  # held while a process starts: what it inherits is all threads'
 _M_MMAP_THRESHOLD, _LARGE = -3, 2**20  # of glibc's mallopt; [bytes] of an array
 
 
@@ -30,7 +31,10 @@ class WorkerProcess(ProcessPoolExecutor):
 
     def __init__(self, start_method: str = "spawn") -> None:
         super().__init__(
-            1, mp_context=multiprocessing.get_context(start_method), initializer=_begin_worker
+            1,
+            mp_context=multiprocessing.get_context(start_method),
+            initializer=_begin_worker,
+            initargs=(os.environ.get(_SAFE_PATH),),
         )
         self._process: BaseProcess | None = None
 
@@ -69,17 +73,22 @@ def _nothing_of_the_users() -> Iterator[None]:
     Not the program's script again, which need not be guarded against that; and no module of the
     current folder in place of Python's own, which ``python -c`` would prefer.
     """
-    main, safe = sys.modules["__main__"], os.environ.get(_SAFE_PATH)
-    sys.modules["__main__"] = ModuleType("__main__")
-    os.environ[_SAFE_PATH] = "1"
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-        if safe is None:
-            del os.environ[_SAFE_PATH]
-        else:
-            os.environ[_SAFE_PATH] = safe
+    with _STARTING:
+        main, safe = sys.modules["__main__"], os.environ.get(_SAFE_PATH)
+        sys.modules["__main__"] = ModuleType("__main__")
+        os.environ[_SAFE_PATH] = "1"
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
+            _set_safe_path(safe)
+
+
+def _set_safe_path(value: str | None) -> None:
+    if value is None:
+        os.environ.pop(_SAFE_PATH, None)
+    else:
+        os.environ[_SAFE_PATH] = value
 
 
 class ParentProcess(WorkerProcess):
@@ -134,8 +143,12 @@ class Place(Executor):
             self._future.cancel()
 
 
-def _begin_worker() -> None:
-    """Leave signals to the parent, so that it decides what is kept, and end when it is gone."""
+def _begin_worker(safe_path: str | None) -> None:
+    """Leave signals to the parent, so that it decides what is kept, and end when it is gone.
+
+    ``safe_path``: the parent's, for what the worker itself starts.
+    """
+    _set_safe_path(safe_path)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     give_memory_back()
     parent = multiprocessing.parent_process()

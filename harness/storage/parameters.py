@@ -7,6 +7,7 @@ names and texts, so that a few small files hold hundreds of parameter files.
 import atexit
 import gzip
 import json
+import re
 import shutil
 import tempfile
 import zlib
@@ -19,6 +20,8 @@ from harness.storage.files import replacing
 from navstack.errors import InputError
 
 FOLDER, PACKED = "params", "parameters.json.gz"
+MOST_BYTES = 64 << 20  # of all files; hundreds of stacks have a hundredth of it
+_NAME = re.compile(r"[^/\0]*[^/\0.][^/\0]*")  # of a file in the folder
 _DAMAGES = (OSError, EOFError, zlib.error, ValueError, AttributeError, RecursionError)
 
 
@@ -46,14 +49,18 @@ def write_packed(run: Path, texts: Mapping[str, str]) -> None:
 def _unpacked(packed: Path, changed: int) -> Path:
     """A temporary folder with the files as they were when the packed one was ``changed`` last."""
     try:
-        texts = json.loads(gzip.decompress(packed.read_bytes()))
-        for name, text in texts.items():
-            if Path(name).name != name or not isinstance(text, str):
-                raise ValueError(f"'{name}' is no name of a text")
+        with gzip.open(packed) as stream:
+            content = stream.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise ValueError(f"more than {MOST_BYTES} bytes")
+        texts = {name: text.encode() for name, text in json.loads(content).items()}
+        for name in texts:
+            if not _NAME.fullmatch(name):
+                raise ValueError(f"{name!r} is no name of a file")
     except _DAMAGES as error:
         raise InputError(f"{packed}: is damaged ({error}); take a whole copy") from None
     folder = Path(tempfile.mkdtemp(prefix="navbench-parameters-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
+        (folder / name).write_bytes(text)
     return folder

@@ -23,7 +23,7 @@ def provide_streams() -> None:
             setattr(sys, name, nowhere)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")
-    if type(sys.stderr) is io.TextIOWrapper and sys.stderr.fileno() == _STDERR:
+    if sys.stderr is sys.__stderr__ and type(sys.stderr) is io.TextIOWrapper:
         sys.stderr = io.TextIOWrapper(
             io.BufferedWriter(_Expendable(_STDERR, "w", closefd=False)),
             encoding=sys.stderr.encoding,

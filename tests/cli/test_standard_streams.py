@@ -74,6 +74,10 @@ def test_closed_streams_lead_to_nowhere(tmp_path: Path) -> None:
     program = "import os, sys; os.close(1); os.close(2); sys.stdout = sys.stderr = None\n"
     program += "from navbench.cli.app import main\nmain(['paper'])"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+    opened = program.partition("main(['paper'])")[0]
+    opened += "from navbench.cli.streams import provide_streams\nprovide_streams()\n"
+    opened += f"raise SystemExit(open({str(tmp_path / 'run')!r}, 'w').fileno())"
+    assert subprocess.run([sys.executable, "-c", opened], check=False).returncode > 2
     program = program.replace("'paper'", "'nonsense'")
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 2
 

@@ -73,6 +73,7 @@ def test_a_worker_imports_nothing_of_the_current_folder(
     monkeypatch.chdir(tmp_path)
     with WorkerProcess() as executor:
         assert executor.submit(abs, -3).result() == 3
+        assert executor.submit(os.getenv, "PYTHONSAFEPATH").result() is None, "what it starts may"
     assert "PYTHONSAFEPATH" not in os.environ
 
 

@@ -501,3 +501,36 @@ def test_a_name_of_another_release_is_told(inspect, type_: str, model: str, said
     names = inspect(text).names
     lacking = [name for name in names if "jazzy" not in name.releases]
     assert [span(name.releases) for name in lacking] == ([said] if said else [])
+
+
+def test_a_type_that_the_file_leaves_out_tells_no_release(inspect):
+    """Humble's own list needs none."""
+    text = "controller_server: {ros__parameters: {progress_checker_plugin: progress_checker}}\n"
+    text += "behavior_server: {ros__parameters: {behavior_plugins: [spin, backup, "
+    text += "drive_on_heading, wait]}}\n"
+    assert inspect(text).release in ("humble", "iron")
+
+
+def test_names_may_be_a_text_where_the_package_wants_one(inspect):
+    layer = LAYERS.format(names='"stvl"').replace(
+        "obstacle_layer: {enabled: true}",
+        (
+            'stvl: {plugin: "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer", '
+            "observation_sources: mark clear, mark: {topic: a}, clear: {topic: b}}"
+        ),
+    )
+    loader = "route_server: {ros__parameters: {graph_file_loader: GeoJsonGraphFileLoader}}\n"
+    for text in (layer, loader):
+        assert not [error for error in inspect(text).errors if "is not a" in error]
+
+
+def test_a_section_of_any_namespace_is_joined_with_the_wildcards(inspect):
+    nav2 = inspect(
+        "/**:\n  ros__parameters:\n    max_velocity: [0.3, 0.0, 1.0]\n"
+        "/**/velocity_smoother:\n  ros__parameters:\n    smoothing_frequency: 20.0\n"
+        "velocity_smoother:\n  ros__parameters:\n    feedback: OPEN_LOOP\n"
+    )
+    assert not nav2.errors
+    assert nav2.value("velocity_smoother", "max_velocity") == [0.3, 0.0, 1.0]
+    assert nav2.value("velocity_smoother", "smoothing_frequency") == 20.0
+    assert "several-namespaces" not in told(nav2)

@@ -116,6 +116,7 @@ def test_a_node_is_added_before_the_end_of_the_document():
         ("/robot1/controller_server:\n  ros__parameters:\n    a: 1\n", "/robot1/"),
         ("/**:\n  controller_server:\n    ros__parameters:\n      a: 1\n", "/**/"),
         ("controller_server:\n  ros__parameters:\n    a: 1\n", ""),
+        ("<robot>:\n  controller_server:\n    ros__parameters:\n      a: 1\n", "<robot>/"),
     ],
 )
 def test_a_new_node_joins_the_namespace_of_the_others(tmp_path, text, added):
@@ -125,6 +126,10 @@ def test_a_new_node_joins_the_namespace_of_the_others(tmp_path, text, added):
     after = nav2.with_values({"velocity_smoother.max_velocity": [0.8, 0.0, 2.5]}, True)
     assert f"\n{added}velocity_smoother:\n  ros__parameters:\n" in after.document.text
     assert after.value("velocity_smoother", "max_velocity") == [0.8, 0.0, 2.5]
+    costmap = nav2.with_values({"local_costmap.width": 3}, True)
+    assert costmap.value("local_costmap", "width") == 3
+    if added == "/**/":
+        assert "\n/**/local_costmap:\n  ros__parameters:\n" in costmap.document.text
     own = nav2.with_values({"controller_server.b": 2}, True)
     assert own.document.text.count("ros__parameters") == 1, "it goes to the section that is there"
 

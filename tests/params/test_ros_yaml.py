@@ -191,5 +191,6 @@ def test_what_ros_refuses_a_file_for_is_remarked():
         ("mixed-list", 5),
     ]
     assert document.nodes[0].entries["a"].value == []
-    names = "<robot_namespace>:\n  /**/n_1:\n    ros__parameters: {a: 1}\n"
+    names = "<robot_namespace>:\n  /**/n_$(var id):\n    ros__parameters: {a: 1}\n"
+    names += "m:\n  ros__parameters: {a: [$(var vmax), 0.0, 1.0]}\n"
     assert not parse_document(names, "f").remarks

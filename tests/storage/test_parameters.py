@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from harness.storage.parameters import PACKED, parameter_folder, write_packed
+from harness.storage.parameters import MOST_BYTES, PACKED, parameter_folder, write_packed
 from navstack.errors import InputError
 
 
@@ -38,7 +38,9 @@ WHOLE = gzip.compress(b'{"rules.yaml": "way_back: true"}' * 100)
         WHOLE[:-6] + b"\0" + WHOLE[-5:],
         gzip.compress(b"[1, 2]"),
         gzip.compress(b'{"rules.yaml": 3}'),
-        gzip.compress(b'{"../rules.yaml": "way_back: true"}'),
+        *(gzip.compress(b'{"%s": "a"}' % name) for name in (b"../a", b"..", b"", b"a\\u0000b")),
+        gzip.compress(b'{"rules.yaml": "\\ud800"}'),
+        gzip.compress(b" " * (MOST_BYTES + 1)),
     ],
 )
 def test_a_damaged_file_is_told_in_one_line(tmp_path: Path, content: bytes) -> None:

@@ -1,7 +1,7 @@
 """Points on a path (N, 3) that is given in the base frame.
 
-The carrot as Nav2 main measures it (``controller_utils.cpp``) and as the Jazzy branch did before;
-Jazzy's cusps.
+The carrot as Jazzy measures it, on a circle about the robot, and as Nav2 main does, along the path
+(``controller_utils.cpp``); Jazzy's cusps.
 """
 
 import math

@@ -29,6 +29,8 @@ EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a dele
 
 # of robot_model_type: each -> the distributions that have it
 MODEL_TYPES = dict.fromkeys(("differential", "omnidirectional"), RELEASES[:2])
+# lists of names beside those called *_plugins; others may be texts, as in layers
+ARRAYS = ("plugins", "filters", "navigators", "polygons", "velocity_polygons")
 # families whose plugins have a name with a slash until Iron, and their class's since
 SLASHED = ("planners", "behaviors", "navigators")
 
@@ -120,8 +122,8 @@ class Checker:
             self._unknown_plugin(plugins.family, kind, where, line, is_ours)
             return
         line = child.first_line() or place.line_of(key)
-        given = str(value_of(child.values, plugins.selector, kind))
-        self._meet(f"{where} ({given})", line, _releases_of(plugins, given, known[kind]))
+        given = str(value_of(child.values, plugins.selector, ""))
+        self._meet(f"{where} ({given or kind})", line, _releases_of(plugins, given, known[kind]))
         is_default = key not in place.section.values or place.lists_defaults(key)
         if not (is_default or plugins.name_is_type or plugins.selector in child.values):
             message = f"its '{plugins.selector}' is missing, and '{key}' is not Nav2's own list"
@@ -343,14 +345,14 @@ def _list_misfit(place: Namespace, key: str, declared: Declared, value: Value) -
     is_text = declared.kinds == {"string"}
     if is_text and isinstance(value, list):
         return "a text (of several names, with blanks between)"
-    if isinstance(value, str) and not is_text:
+    if isinstance(value, str) and (key.endswith("_plugins") or key in ARRAYS):
         return "a list"
     return ""
 
 
 def _releases_of(plugins: PluginList, given: str, entry: AlgorithmEntry) -> tuple[str, ...]:
-    """The distributions that have a plugin under the name that the file gives."""
-    if plugins.family not in SLASHED:
+    """The distributions that have a plugin, under the name that the file gives if it does."""
+    if not given or plugins.family not in SLASHED:
         return entry.releases
     having = RELEASES[:4] if "/" in given else RELEASES[4:]
     return tuple(release for release in entry.releases if release in having)

@@ -20,6 +20,7 @@ from navstack.params.nav2_file.ros_yaml import (
     Value,
     end_index,
     is_alias,
+    is_placeholder,
     parse_document,
 )
 from navstack.params.nav2_file.yaml_text import compose_text
@@ -83,7 +84,8 @@ def _new_node(text: str, path: tuple[str, ...], parameters: Mapping[str, Value])
     """The lines of a node that a text does not have yet."""
     *namespace, name = path
     is_costmap = namespace == [name]
-    keys = path if is_costmap or not namespace else (f"/{'/'.join(path)}",)
+    root = "" if is_placeholder(path[0]) else "/"  # launch files put the slash in themselves
+    keys = path if is_costmap or not namespace else (f"{root}{'/'.join(path)}",)
     indented = "".join(f"{'  ' * depth}{part}:\n" for depth, part in enumerate((*keys, PARAMETERS)))
     indent, added = "  " * (len(keys) + 1), f"\n{indented}"
     for name, value in parameters.items():

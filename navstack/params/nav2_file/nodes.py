@@ -55,6 +55,8 @@ def new_path(document: Document, node: str) -> tuple[str, ...]:
         if not is_wildcard(text) and name in nodes.NODES:
             namespaces.add(text.path[: -len(default_path(name))])
     common = namespaces.pop() if len(namespaces) == 1 else ()
+    if any("*" in part for part in common):  # which also stands for a costmap's own
+        return (*common, node)
     return (*common, *default_path(node))
 
 
@@ -68,7 +70,7 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
     own = [text for text in own if text.path[-1] == node] or own
     path = own[-1].path if own else default_path(node)
-    full_name = "/" + "/".join(path)
+    full_name = "/" + "/".join(part for part in path if "*" not in part)
     return [
         text
         for text in document.nodes
@@ -140,7 +142,7 @@ def node_notices(document: Document) -> list[Notice]:
             notices.append(
                 Notice("costmap-namespace", path, message, "nest it twice", line=text.line)
             )
-        if name in seen:
+        if name in seen and "*" not in path + "/".join(seen[name].path):  # else both count
             before = "/".join(seen[name].path)
             message = f"{name} is given as {before} and as {path}; the last one is read"
             notices.append(Notice("several-namespaces", path, message, line=text.line))

@@ -29,6 +29,7 @@ _INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)")
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _PLACEHOLDER = re.compile(r"\$\(.*\)|\$?\{.*\}|<.*>|[A-Z][A-Z0-9]*(_[A-Z0-9]+)+")
 _NAME = re.compile(r"\w+|\*\*?", re.ASCII)  # of a node or namespace; * and ** stand for any
+_TO_FILL_IN = re.compile(r"[$<{]")  # in a name: what launch files replace
 _SPECIAL = re.compile(r"[+-]?\.?(inf|nan)", re.IGNORECASE)
 
 
@@ -165,7 +166,7 @@ class _Reader:
 
     def _check_names(self, parts: tuple[str, ...], line: int) -> None:
         for part in parts:
-            if not (_NAME.fullmatch(part) or is_placeholder(part)):
+            if not (_NAME.fullmatch(part) or _TO_FILL_IN.search(part)):
                 message = f"'{part}' is no name of a node or namespace: letters, digits and _ are"
                 self._remark("node-name", line, f"{message}; ROS refuses such a file")
 
@@ -244,7 +245,7 @@ class _Reader:
             return parse_scalar(node.value, quoted=node.style is not None)
         if isinstance(node, SequenceNode):
             values = [self._value(item, where) for item in node.value]
-            if len({type(value) for value in values}) > 1:
+            if len({type(value) for value in values if not is_placeholder(value)}) > 1:
                 message = f"{where} is a list of several kinds, such as 1 and 0.5"
                 line = node.start_mark.line + 1
                 self._remark("mixed-list", line, f"{message}; ROS refuses such a file")
