@@ -36,7 +36,7 @@ EVENTFUL = (  # with what must have happened on the way
     ("nav2-amcl", 8, ("pedestrian_contacts", "pieces_lost")),
     ("nav2-stock", 1, ("pedestrian_contacts", "recoveries")),
     ("paper-gps", 12, ("pedestrian_contacts",)),
-    ("rpp-gps-ekf", 8, ("spins", "waits", "recoveries")),
+    ("rpp-gps-ekf", 5, ("spins", "waits", "recoveries")),
 )
 STACKS = (
     "evasive-gps-ekf",
