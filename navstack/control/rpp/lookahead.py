@@ -36,9 +36,9 @@ def lookahead_point(path: FloatMatrix, distance: float, beyond_end: bool) -> tup
     return beyond(path, distance - travelled)
 
 
-@njit()
+@njit(ahead=True)
 def lookahead_point_on_circle(
-    path: FloatArray, distance: float, beyond_end: bool
+    path: FloatMatrix, distance: float, beyond_end: bool
 ) -> tuple[float, float]:
     """The point (x, y) where the path leaves the circle of radius ``distance`` [m].
 
