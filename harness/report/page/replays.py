@@ -27,10 +27,8 @@ from navstack.params.strict import load_dataclass
 
 Json = dict[str, Any]
 
-_load_robot, _load_world = (
-    partial(load_dataclass, RobotParams),
-    partial(load_dataclass, WorldParams),
-)
+_load_robot = partial(load_dataclass, RobotParams)
+_load_world = partial(load_dataclass, WorldParams)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

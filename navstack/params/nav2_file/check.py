@@ -16,23 +16,16 @@ from navstack.params.nav2_file.findings import (
 )
 from navstack.params.nav2_file.hints import unknown_name
 from navstack.params.nav2_file.place import Namespace, joined, type_of
-from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
+from navstack.params.nav2_file.release import releases_of_plugin, releases_of_value
+from navstack.params.nav2_file.ros_yaml import ParameterEntry, is_placeholder
 from navstack.params.nav2_file.values import form_notices
 from navstack.params.registry.block import OPEN, ParameterBlock, PluginList
-from navstack.params.registry.entry import AlgorithmEntry, Params
+from navstack.params.registry.entry import Params
 from navstack.params.registry.localizers import OWN_NODE
 from navstack.params.registry.nodes import COMMON
-from navstack.params.registry.releases import RELEASES, Declared, span
+from navstack.params.registry.releases import Declared, span
 
 EXAMPLES = {"primary_controller": "dwb_core::DWBLocalPlanner"}  # of what a delegate may be
-
-
-# of robot_model_type: each -> the distributions that have it
-MODEL_TYPES = dict.fromkeys(("differential", "omnidirectional"), RELEASES[:2])
-# lists of names beside those called *_plugins; others may be texts, as in layers
-ARRAYS = ("plugins", "filters", "navigators", "polygons", "velocity_polygons")
-# families whose plugins have a name with a slash until Iron, and their class's since
-SLASHED = ("planners", "behaviors", "navigators")
 
 
 class Checker:
@@ -71,10 +64,7 @@ class Checker:
         used_keys = place.used_keys
         for key, entry in place.section.values.items():
             declared = place.block.keys.get(key) or COMMON.keys.get(key, Declared())
-            releases = declared.releases
-            if prefix + key == "robot_model_type":
-                releases = MODEL_TYPES.get(str(entry.value), releases)
-            self._meet(f"{prefix}{key}", entry.line, releases)
+            self._meet(f"{prefix}{key}", entry.line, releases_of_value(key, declared, entry))
             if key in COMMON.keys:
                 self.findings.ignored.append(key)
             elif key not in place.block.own_keys:
@@ -84,7 +74,7 @@ class Checker:
                 self._ignore(f"{prefix}{key}")
             path = f"{prefix}{key}"
             self.findings.notices += form_notices(declared, f"{self._node}: {path}", entry)
-            expected = _list_misfit(place, key, declared, entry.value)
+            expected = place.list_misfit(key, declared, entry.value)
             if not expected and key not in used_keys:
                 expected = declared.misfit(entry.value)
             if expected and not is_placeholder(entry.value):
@@ -123,7 +113,11 @@ class Checker:
             return
         line = child.first_line() or place.line_of(key)
         given = str(value_of(child.values, plugins.selector, ""))
-        self._meet(f"{where} ({given or kind})", line, _releases_of(plugins, given, known[kind]))
+        self._meet(
+            f"{where} ({given or kind})",
+            line,
+            releases_of_plugin(plugins.family, given, known[kind]),
+        )
         is_default = key not in place.section.values or place.lists_defaults(key)
         if not (is_default or plugins.name_is_type or plugins.selector in child.values):
             message = f"its '{plugins.selector}' is missing, and '{key}' is not Nav2's own list"
@@ -336,23 +330,3 @@ class Checker:
     def _notice(self, kind: str, path: str, message: str, line: int, is_error: bool) -> None:
         notice = Notice(kind, f"{self._node}: {path}", message, line=line, is_error=is_error)
         self.findings.notices.append(notice)
-
-
-def _list_misfit(place: Namespace, key: str, declared: Declared, value: Value) -> str:
-    """What the names of sections should be, a list or a text; empty: they are what Nav2 takes."""
-    if key not in place.block.plugins and key not in place.block.named:
-        return ""
-    is_text = declared.kinds == {"string"}
-    if is_text and isinstance(value, list):
-        return "a text (of several names, with blanks between)"
-    if isinstance(value, str) and (key.endswith("_plugins") or key in ARRAYS):
-        return "a list"
-    return ""
-
-
-def _releases_of(plugins: PluginList, given: str, entry: AlgorithmEntry) -> tuple[str, ...]:
-    """The distributions that have a plugin, under the name that the file gives if it does."""
-    if not given or plugins.family not in SLASHED:
-        return entry.releases
-    having = RELEASES[:4] if "/" in given else RELEASES[4:]
-    return tuple(release for release in entry.releases if release in having)

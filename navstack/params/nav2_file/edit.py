@@ -194,10 +194,10 @@ def format_value(value: Value) -> str:
 def _kept_decimal(new: Value, old: Value) -> Value:
     if isinstance(old, float) and isinstance(new, int) and not isinstance(new, bool):
         return float(new)
-    if isinstance(old, list) and isinstance(new, list):
-        # ROS refuses a list of whole and decimal numbers
-        if any(isinstance(item, float) for item in (*old, *new)):
-            return [_kept_decimal(item, 0.0) for item in new]
+    if not (isinstance(old, list) and isinstance(new, list)):
+        return new
+    if any(isinstance(item, float) for item in (*old, *new)):
+        return [_kept_decimal(item, 0.0) for item in new]  # ROS refuses a list of both
     return new
 
 

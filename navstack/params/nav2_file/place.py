@@ -5,9 +5,14 @@ from dataclasses import dataclass, fields
 
 from navstack.params.nav2_file.catalog import Catalog, nearly_equal, plugin_type
 from navstack.params.nav2_file.findings import ParameterSection, names_in, value_of
+from navstack.params.nav2_file.ros_yaml import Value
 from navstack.params.registry.bindings import NO_EFFECT, ONLY_WITHOUT, field_names, nested_params
 from navstack.params.registry.block import ParameterBlock, PluginList
 from navstack.params.registry.entry import Params
+from navstack.params.registry.releases import Declared
+
+# lists of names beside those called *_plugins; others may be texts, as in layers
+ARRAYS = ("plugins", "filters", "navigators", "polygons", "velocity_polygons")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,17 @@ class Namespace:
     def all_listed(self) -> set[str]:
         """The names in all of its lists, each of which wants a section."""
         return self._names((*self.block.plugins, *self.block.named))
+
+    def list_misfit(self, key: str, declared: Declared, value: Value) -> str:
+        """What the names of sections should be, a list or a text; empty: they are as Nav2 wants."""
+        if key not in self.block.plugins and key not in self.block.named:
+            return ""
+        is_text = declared.kinds == {"string"}
+        if is_text and isinstance(value, list):
+            return "a text (of several names, with blanks between)"
+        if isinstance(value, str) and (key.endswith("_plugins") or key in ARRAYS):
+            return "a list"
+        return ""
 
     def line_of(self, key: str) -> int:
         """The line of a parameter; 0: the file leaves it out."""

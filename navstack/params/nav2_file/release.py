@@ -13,11 +13,31 @@ from navstack.params.nav2_file.findings import (
 )
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value
 from navstack.params.registry.defaults import MODELLED, differing
-from navstack.params.registry.releases import RELEASES, span
+from navstack.params.registry.entry import AlgorithmEntry
+from navstack.params.registry.releases import RELEASES, Declared, span
 
 VELOCITY_SMOOTHER = "velocity_smoother"
 UNLIMITED = 1e9  # [m/s], [rad/s], [m/s2], [rad/s2], [s]
+# of robot_model_type: each -> the distributions that have it
+MODEL_TYPES = dict.fromkeys(("differential", "omnidirectional"), RELEASES[:2])
+# families whose plugins have a name with a slash until Iron, and their class's since
+SLASHED = ("planners", "behaviors", "navigators")
 MOST_SHOWN = 4  # names of other distributions in one line
+
+
+def releases_of_value(key: str, declared: Declared, entry: ParameterEntry) -> tuple[str, ...]:
+    """The distributions that have a parameter, and the value that a file gives it."""
+    if key == "robot_model_type":
+        return MODEL_TYPES.get(str(entry.value), declared.releases)
+    return declared.releases
+
+
+def releases_of_plugin(family: str, given: str, entry: AlgorithmEntry) -> tuple[str, ...]:
+    """The distributions that have a plugin, under the name that the file gives if it does."""
+    if not given or family not in SLASHED:
+        return entry.releases
+    having = RELEASES[:4] if "/" in given else RELEASES[4:]
+    return tuple(release for release in entry.releases if release in having)
 
 
 def looks_like(names: Iterable[Known]) -> tuple[str, ...]:
