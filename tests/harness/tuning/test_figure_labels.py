@@ -46,7 +46,7 @@ def test_values_are_told_in_few_characters() -> None:
     assert [value_text(value) for value in values] == ["6e9", "2", "2.055", "True", "partner"]
 
 
-def test_a_users_settings_of_matplotlib_change_no_figure(tmp_path: Path) -> None:
+def test_a_users_settings_of_matplotlib_change_no_figure(tmp_path: Path, rendering: None) -> None:
     contents = []
     for settings in ({}, {"axes.facecolor": "red", "text.usetex": True, "savefig.bbox": "tight"}):
         with rc_context(settings):
