@@ -27,23 +27,25 @@ def test_the_same_files_are_the_same_bytes(tmp_path: Path) -> None:
 
 
 WHOLE = gzip.compress(b'{"rules.yaml": "way_back: true"}' * 100)
+DAMAGED = {
+    "an empty file": b"",
+    "not packed": b'{"rules.yaml": "way_back: true"}',
+    "cut off": WHOLE[: len(WHOLE) // 2],
+    "a changed byte": WHOLE[:-6] + b"\0" + WHOLE[-5:],
+    "a list": gzip.compress(b"[1, 2]"),
+    "a number for a text": gzip.compress(b'{"rules.yaml": 3}'),
+    "a name outside": gzip.compress(b'{"../a": "a"}'),
+    "the folder above": gzip.compress(b'{"..": "a"}'),
+    "no name": gzip.compress(b'{"": "a"}'),
+    "a zero in a name": gzip.compress(b'{"a\\u0000b": "a"}'),
+    "half a character": gzip.compress(b'{"rules.yaml": "\\ud800"}'),
+    "too large": gzip.compress(b" " * (MOST_BYTES + 1)),
+}
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"",
-        b'{"rules.yaml": "way_back: true"}',
-        WHOLE[: len(WHOLE) // 2],
-        WHOLE[:-6] + b"\0" + WHOLE[-5:],
-        gzip.compress(b"[1, 2]"),
-        gzip.compress(b'{"rules.yaml": 3}'),
-        *(gzip.compress(b'{"%s": "a"}' % name) for name in (b"../a", b"..", b"", b"a\\u0000b")),
-        gzip.compress(b'{"rules.yaml": "\\ud800"}'),
-        gzip.compress(b" " * (MOST_BYTES + 1)),
-    ],
-)
-def test_a_damaged_file_is_told_in_one_line(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / PACKED).write_bytes(content)
+# The packed bytes hold the time, so they cannot name a case: two workers would not agree on it.
+@pytest.mark.parametrize("case", DAMAGED)
+def test_a_damaged_file_is_told_in_one_line(tmp_path: Path, case: str) -> None:
+    (tmp_path / PACKED).write_bytes(DAMAGED[case])
     with pytest.raises(InputError, match=r"parameters\.json\.gz: is damaged \(.*take a whole copy"):
         parameter_folder(tmp_path)
