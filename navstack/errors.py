@@ -81,6 +81,12 @@ class GoalOutsideMapError(PlanningError):
     code = "GOAL_OUTSIDE_MAP"
 
 
+class PlannerTimedOutError(PlanningError):
+    """The search was ended by its limits."""
+
+    code = "TIMEOUT"
+
+
 class NoPathFoundError(PlanningError):
     """Start and goal are free, but nothing connects them."""
 

@@ -9,6 +9,17 @@ from pathlib import Path
 CHECK_BYTES = 4  # of a CRC-32, little endian
 
 
+def named_by(folder: Path, name: str) -> Path:
+    """The file that another file in ``folder`` names.
+
+    ``~/`` begins at the user's own folder, as nav2_map_server has it, where HOME names one.
+    """
+    home = os.environ.get("HOME", "")
+    if home and name.startswith("~/"):
+        return Path(home, name[2:])
+    return folder / name
+
+
 def check_regular(path: Path, most: int) -> None:
     """Check a file before it is opened; a pipe would be waited for and a device read without end.
 

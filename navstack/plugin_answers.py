@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from navstack.errors import PluginError
+from navstack.errors import NoPathFoundError, PluginError
 from navstack.types import Belief, FloatArray, Path, Twist2D
 
 
@@ -56,11 +56,14 @@ def checked_plan(plan: object, planner: object) -> Path:
     """A planner's path.
 
     Raises:
+        NoPathFoundError: it has no poses.
         PluginError: it is no Path of finite poses (N, 3).
     """
     if isinstance(plan, Path):
         poses = np.asarray(plan.poses)
         if poses.ndim == 2 and poses.shape[1] == 3 and np.isfinite(poses).all():
+            if len(poses) == 0:
+                raise NoPathFoundError(f"{type(planner).__name__} answered a path without poses")
             return plan
     raise PluginError(_refusal(planner, plan, "a Path of finite poses (N, 3)"))
 

@@ -87,6 +87,17 @@ class Replaced:
 
 
 @dataclass(frozen=True, slots=True)
+class NegativeReplaced:
+    """Takes a usual number in place of a negative one, as Nav2 does after a warning."""
+
+    usual: float
+
+    def taken(self, name: str, value: Any, where: str) -> Any:
+        """The number, or the usual one."""
+        return self.usual if value < 0 else value
+
+
+@dataclass(frozen=True, slots=True)
 class Capped:
     """Takes the largest number that matters in place of any larger one, as of an infinite one."""
 

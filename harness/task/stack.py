@@ -13,6 +13,7 @@ from harness.task.camera_params import CameraParams
 from harness.task.own_body import own_body
 from harness.task.ros2_params import NO_ROS2, Ros2Params
 from navstack.errors import InputError, ParameterError, UnknownNameError
+from navstack.files import named_by
 from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.ros_yaml import PARAMETERS
@@ -190,7 +191,7 @@ def absolute_files(nav2: Nav2File) -> dict[str, str]:
     named = {node: entries.get("yaml_filename") for node, entries in nav2.parameters.items()}
     folder = nav2.path.parent
     return {
-        node: str((folder / str(file.value)).resolve())
+        node: str(named_by(folder, str(file.value)).resolve())
         for node, file in named.items()
         if file and file.value
     }

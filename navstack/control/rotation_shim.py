@@ -8,7 +8,7 @@ from navstack.control.controller import Controller, Surroundings
 from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.footprint_cost import footprint_cost
 from navstack.control.turn_in_place import turn_by
-from navstack.costmap.costmap import LETHAL_OBSTACLE, Costmap
+from navstack.costmap.costmap import NO_INFORMATION, Costmap
 from navstack.geometry import relative_to, shortest_angular_distance
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.types import FloatArray, Path, Pose2D, RobotState, Twist2D
@@ -196,7 +196,7 @@ class RotationShimController(Controller):
         pose: Pose2D,
         costmap: Costmap,
     ) -> bool:
-        """Whether the outline meets a lethal or unknown cell on the way to the engaging threshold.
+        """Whether the outline meets unknown cells or too high costs up to the engaging threshold.
 
         As upstream, the way is measured from the simulated yaw back to the present one: only a
         clockwise turn stops looking at the threshold, the other direction looks
@@ -209,9 +209,7 @@ class RotationShimController(Controller):
             yaw = pose.yaw + yaw_rate * time
             if shortest_angular_distance(yaw, pose.yaw) >= remaining:
                 return False
-            if (
-                footprint_cost(costmap, self._footprint, Pose2D(pose.x, pose.y, yaw))
-                >= LETHAL_OBSTACLE
-            ):
+            cost = footprint_cost(costmap, self._footprint, Pose2D(pose.x, pose.y, yaw))
+            if cost == NO_INFORMATION or cost >= self._params.max_cost_threshold:
                 return True
         return False

@@ -40,8 +40,13 @@ class FilterMask:
 class KeepoutMask:
     """A keepout filter's mask as costs on the cells of a costmap's lattice."""
 
-    def __init__(self, params: KeepoutFilterParams, mask: FilterMask, window: Window) -> None:
+    def __init__(
+        self, params: KeepoutFilterParams, mask: FilterMask, window: Window, rolling: bool
+    ) -> None:
         """Give each cell the cost that the mask has at its centre.
+
+        As in Nav2, one that is not ``rolling``, which has the mask's frame, gets none within half
+        a cell of the mask from its left and its lower edge.
 
         Raises:
             MapError: the mask is rotated.
@@ -51,12 +56,15 @@ class KeepoutMask:
         base_x, base_y = window.base
         self._grid = grid
         self.params = params
+        left_out = 0.5 * grid.resolution
+        if rolling:
+            left_out = 0.0
         # lattice x and y of the first cell
         self.x, columns = _cells_below(
-            base_x, window.resolution, grid.origin.x, grid.resolution, grid.width
+            base_x, window.resolution, grid.origin.x, grid.resolution, grid.width, left_out
         )
         self.y, rows = _cells_below(
-            base_y, window.resolution, grid.origin.y, grid.resolution, grid.height
+            base_y, window.resolution, grid.origin.y, grid.resolution, grid.height, left_out
         )
 
         self._on_lattice: LatticeCosts
@@ -194,13 +202,19 @@ def _costs_on(grid: OccupancyGrid, rows: IntArray, columns: IntArray) -> ByteArr
 
 
 def _cells_below(
-    base: float, resolution: float, origin: float, mask_resolution: float, size: int
+    base: float,
+    resolution: float,
+    origin: float,
+    mask_resolution: float,
+    size: int,
+    left_out: float,
 ) -> tuple[int, IntArray]:
     """The first lattice cell, along one axis, with its centre on the mask.
 
-    The mask's cells below it and the next.
+    The mask's cells below it and the next. Cells that end within ``left_out`` [m] of the mask's
+    edge do not count.
     """
-    begin = math.floor((origin - base) / resolution)
+    begin = math.floor((origin + left_out - base) / resolution)
     end = math.ceil((origin + size * mask_resolution - base) / resolution)
     centres = base + (np.arange(begin, end) + 0.5) * resolution
     below = np.floor((centres - origin) / mask_resolution).astype(np.int64)

@@ -104,7 +104,7 @@ def join_layers(
             elif mask is None:
                 continue
             elif isinstance(layer, KeepoutFilterParams):
-                layers.append(KeepoutMask(layer, mask, window))
+                layers.append(KeepoutMask(layer, mask, window, params.rolling_window))
             elif mask.type in (SPEED_PERCENT, SPEED_ABSOLUTE):
                 speed_filters.append(SpeedFilter(mask))
         return layers

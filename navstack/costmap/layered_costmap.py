@@ -246,7 +246,11 @@ class LayeredCostmap:
         return parts
 
     def _inflation(self, params: InflationLayerParams) -> Inflation:
-        return Inflation(params, self._window.resolution, self.inscribed_radius)
+        resolution = self._window.resolution
+        if self._map is not None and not self.params.rolling_window:
+            # of the map's message (nav_msgs/MapMetaData), which has it in single precision
+            resolution = float(np.float32(resolution))
+        return Inflation(params, resolution, self.inscribed_radius)
 
     def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert isinstance(self._map, DenseCosts)

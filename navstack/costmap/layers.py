@@ -177,14 +177,18 @@ class StaticLayer(Layer):
     def update_costs(self, master: ByteArray, region: Box, margin: int) -> None:
         """Overwrite all, unknown included, or with ``use_maximum`` raise.
 
-        Nothing beyond the map's edges.
+        Nothing beyond the map's edges. The maximum of a window that moves is that of numbers: an
+        unknown cell, 255, beats all costs.
         """
         left, low = self._window.cell_x - margin, self._window.cell_y - margin
         costs, x, y = self._costs.part(region, left, low)
-        if self._params.use_maximum:
+        if self._params.use_maximum and not self._params.rolling_window:
             kernels.combine_maximum(master, region, costs, x, y, False)
-        else:
-            np.copyto(*overlap(master, region, costs, x, y))
+            return
+        shown, own = overlap(master, region, costs, x, y)
+        if self._params.use_maximum:
+            own = np.maximum(shown, own)
+        np.copyto(shown, own)
 
 
 class ObstacleLayer(Layer):

@@ -34,6 +34,7 @@ Int8Array = npt.NDArray[np.int8]
 FloatTable = npt.NDArray[np.float32]
 
 RESOLUTIONS = (1e-4, 1e3)  # [m/cell] that make sense
+MOST_FREE, LEAST_OCCUPIED = 25, 65  # occupancies that map_saver paints free and occupied
 
 _WORDS = {
     "true": True,
@@ -155,7 +156,7 @@ def save_map(grid: OccupancyGrid, yaml_path: Path | str) -> None:
     )
     _check(metadata, path)
     try:
-        Image.fromarray(_paint(grid.data[::-1], metadata)).save(
+        Image.fromarray(_paint(grid.data[::-1])).save(
             metadata.image, format="PNG", compress_type=zlib.Z_RLE
         )
         with path.open("w", encoding="utf-8") as file:
@@ -275,12 +276,11 @@ def _read_raw(metadata: MapMetadata) -> Int8Array:
     return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
 
 
-def _paint(cells: Int8Array, metadata: MapMetadata) -> npt.NDArray[np.uint8]:
+def _paint(cells: Int8Array) -> npt.NDArray[np.uint8]:
     pixels = np.full(cells.shape, 205, dtype=np.uint8)
     known = (cells >= 0) & (cells <= OCCUPIED)
-    free = known & (cells <= np.rint(metadata.free_thresh * 100.0))
-    pixels[known & (cells >= np.rint(metadata.occupied_thresh * 100.0))] = 0
-    pixels[free] = 254
+    pixels[known & (cells >= LEAST_OCCUPIED)] = 0
+    pixels[known & (cells <= MOST_FREE)] = 254
     return pixels
 
 

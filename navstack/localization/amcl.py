@@ -73,7 +73,7 @@ class AmclLocalizer(TimedLocalizer):
         self._field = LikelihoodField.of_map(static_map, params.laser_likelihood_max_dist)
         self._sensor_model = SENSOR_MODELS[params.laser_model_type](params, static_map, self._field)
         self._move = motion_model_of(params)
-        self._free_space = FreeSpace(static_map)
+        self._free_space = FreeSpace(static_map, params.freespace_downsampling)
         self._guide = ScanGuide(
             self._free_space, self._field, self._sensor_model, params.recovery_candidates
         )
@@ -121,7 +121,8 @@ class AmclLocalizer(TimedLocalizer):
             self._odometry.append(observation.odometry)
             while self._odometry[0].stamp < observation.odometry.stamp - _KEPT:
                 self._odometry.popleft()
-        if observation.scan is not None:
+        # of one without a range Nav2 says that it is malformed
+        if observation.scan is not None and observation.scan.range_max > 0.0:
             self._scans.append(observation.scan)
         while self._scans and self._odometry and self._scans[0].stamp <= self._odometry[-1].stamp:
             scan = self._scans.popleft()

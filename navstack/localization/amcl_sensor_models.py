@@ -147,7 +147,8 @@ class LikelihoodFieldProbModel(LikelihoodFieldModel):
     Beams for which too few particles find an obstacle near their end are ignored once the particles
     have converged: they hit somebody who is not on the map. Where nearly all beams would be
     ignored, the particles have converged to the wrong place, and none is. Beams without return do
-    not count in either case.
+    not count in either case; Nav2 then counts what an older scan left in their place, or nothing
+    and so a likelihood of 0, after which all particles weigh the same.
     """
 
     def match(self, poses: FloatArray, scan: LaserScan, has_converged: bool) -> Match:

@@ -13,9 +13,14 @@ BLOCK = 64  # cells that are counted together
 class FreeSpace:
     """Draws poses from all that is free on a map, however large it is."""
 
-    def __init__(self, grid: OccupancyGrid) -> None:
+    def __init__(self, grid: OccupancyGrid, downsampled: bool = False) -> None:
+        """``downsampled``: of every other row and column only."""
         self._grid = grid
-        self._is_free = np.pad((grid.data == FREE).reshape(-1), (0, -grid.data.size % BLOCK))
+        is_free = grid.data == FREE
+        if downsampled:
+            is_free[1::2] = False
+            is_free[:, 1::2] = False
+        self._is_free = np.pad(is_free.reshape(-1), (0, -grid.data.size % BLOCK))
         self._until: IntArray = np.cumsum(
             self._is_free.reshape(-1, BLOCK).sum(axis=1, dtype=np.int64)
         )

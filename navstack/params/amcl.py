@@ -5,12 +5,14 @@ from typing import Annotated
 
 from navstack.ranges import (
     POSITIVE,
+    NegativeReplaced,
     NotNegative,
     OpenQuantity,
     Parameters,
     Positive,
     PositiveInt,
     Quantity,
+    Replaced,
     Whole,
     at_least,
     at_most,
@@ -31,6 +33,7 @@ Alpha = Annotated[float, within(0, 1e6)]
 # shares, that need not add up to 1; a likelihood is a product of cubes of them
 ShareOfReturns = Annotated[float, within(0, 100)]
 Particles = Annotated[int, within(1, MOST_PARTICLES)]
+Interval = Annotated[int, Replaced(range(1, 2**31), 1)]
 MotionModel = Annotated[str, one_of((*MOTION_MODELS, *MOTION_MODELS.values()))]
 
 
@@ -58,7 +61,7 @@ class AmclParams(Parameters, whose="amcl", finite=True):
         -1.0
     )  # [m] up to which there is no return; 0 or less: the scan's own
     # [m] an obstacle farther from a return is taken to be that far
-    laser_likelihood_max_dist: Annotated[float, up_to(1000)] = 2.0
+    laser_likelihood_max_dist: Annotated[float, NegativeReplaced(2.0), up_to(1000)] = 2.0
     # [m] standard deviation of a return about an obstacle
     sigma_hit: Annotated[float, within(1e-4, 1000)] = 0.2
     z_hit: ShareOfReturns = 0.5  # [-] share of returns from what is on the map
@@ -77,18 +80,20 @@ class AmclParams(Parameters, whose="amcl", finite=True):
     # [-] share of ignored beams from which on none is ignored
     beam_skip_error_threshold: Quantity = 0.9
 
-    min_particles: Particles = 500
-    max_particles: Particles = 2000
+    min_particles: Annotated[int, NegativeReplaced(500), within(0, MOST_PARTICLES)] = 500
+    max_particles: Annotated[int, NegativeReplaced(2000), within(0, MOST_PARTICLES)] = 2000
     pf_err: Positive = 0.05  # [-] allowed distance between the true distribution and the particles'
     # [-] quantile of the normal distribution for the probability of staying within pf_err
     pf_z: NotNegative = 0.99
-    resample_interval: PositiveInt = 1  # scans that count between two resamplings
+    resample_interval: Interval = 1  # scans that count between two resamplings
     # [-] rate of the slow average of the weights; 0: no random particles
     recovery_alpha_slow: NotNegative = 0.0
     recovery_alpha_fast: NotNegative = 0.0  # [-] rate of the fast one
     # poses anywhere of which a scan picks the random particles; 0: no choice, as in Nav2, which
     # has no such parameter
     recovery_candidates: Annotated[int, within(0, MOST_PARTICLES)] = 0
+    # random particles are drawn from the free cells of every other row and column only
+    freespace_downsampling: bool = False
     update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
     update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
     random_seed: Whole = (
@@ -106,6 +111,7 @@ class AmclParams(Parameters, whose="amcl", finite=True):
             self.laser_max_range <= 0.0 or self.laser_max_range >= SHORTEST_RANGE,
             f"0 or less (the scan's own), or at least {SHORTEST_RANGE:g}",
         )
+        self._require("max_particles", self.most_particles > 0, "1 or more without min_particles")
 
 
 @dataclass(frozen=True, slots=True)

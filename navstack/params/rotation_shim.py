@@ -24,6 +24,8 @@ class RotationShimParams(Parameters):
     max_angular_accel: NotNegative = 3.2  # [rad/s2]
     # [s] of the turn that must be free of collisions; one look a control period
     simulate_ahead_time: Annotated[float, at_most(100.0)] = 1.0
+    # [-] cost under the footprint from which on a turn would collide; 254: lethal or unknown
+    max_cost_threshold: Quantity = 254.0
     # turn to the goal's yaw within the goal checker's xy tolerance
     rotate_to_goal_heading: bool = False
     rotate_to_heading_once: bool = False  # decide once per goal instead of once per plan

@@ -8,8 +8,9 @@ import pytest
 from numpy.random import default_rng
 from pytest import approx
 
-from navstack.control.controller import Controller
+from navstack.control.controller import Controller, Surroundings
 from navstack.control.rotation_shim import RotationShimController
+from navstack.costmap.costmap import Costmap
 from navstack.params.rotation_shim import RotationShimParams
 from navstack.types import Path, Pose2D, Twist2D
 
@@ -64,6 +65,22 @@ def test_a_predicted_collision_hands_over_until_the_next_plan():
     # the same plan is not looked at again
     assert command_of(closed, turning, plan) == PRIMARY
     assert command_of(closed, turning).angular_z == 1.0
+
+
+def test_a_turn_over_too_high_a_cost_hands_over():
+    state = robot(yaw=-2.0)
+    costly = Costmap(np.full((60, 100), 200, dtype=np.uint8), 0.05, -1.0, -1.5)
+    unknown = Costmap(np.full((60, 100), 255, dtype=np.uint8), 0.05, -1.0, -1.5)
+    for threshold, costmap, turns in (
+        (254.0, costly, True),
+        (201.0, costly, True),
+        (200.0, costly, False),
+        (300.0, costly, True),
+        (300.0, unknown, False),
+    ):
+        shim = make(replace(PARAMS, max_cost_threshold=threshold))
+        around = Surroundings(costmap)
+        assert (command_of(shim, state, straight(), around) != PRIMARY) is turns
 
 
 def test_open_loop_accelerates_from_its_last_command_and_closed_loop_from_the_measurement():

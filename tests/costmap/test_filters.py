@@ -130,7 +130,7 @@ def test_a_cell_takes_the_masks_cost_at_its_centre(resolution: float) -> None:
     rng = np.random.default_rng(1)
     mask = make_mask(rng, resolution, Pose2D(-1.013, 0.46, 0.0), (40, 60))
     window = Window(-2.0, -1.5, RESOLUTION, 10, 10)
-    sampled = KeepoutMask(KeepoutFilterParams(), mask, window)
+    sampled = KeepoutMask(KeepoutFilterParams(), mask, window, rolling=True)
     costs = mask_costs(mask.grid)
     own, left, low = sampled.part((0, 1, 0, 1), 0, 0)
     for y in range(-20, 320):
@@ -140,6 +140,25 @@ def test_a_cell_takes_the_masks_cost_at_its_centre(resolution: float) -> None:
             expected = costs[row, column] if 0 <= column < 60 and 0 <= row < 40 else NO_INFORMATION
             inside = 0 <= x - left < own.shape[1] and 0 <= y - low < own.shape[0]
             assert (own[y - low, x - left] if inside else NO_INFORMATION) == expected
+
+
+@pytest.mark.parametrize(
+    ("resolution", "first"), [(1.0, 50), (0.5, 45), (0.2, 42), (0.05, 40), (0.03, 40)]
+)
+def test_a_coarse_mask_begins_half_a_cell_later_on_a_costmap_that_does_not_move(
+    resolution: float, first: int
+) -> None:
+    """The first columns are those of a transcription of keepout_filter.cpp (Jazzy)."""
+    data = np.full((round(3.0 / resolution),) * 2, 100, dtype=np.int8)
+    mask = FilterMask(OccupancyGrid(data, resolution, Pose2D(2.0, 2.0)))
+    window = Window(0.0, 0.0, RESOLUTION, 200, 200)
+    for rolling, begins in ((False, first), (True, 40)):
+        costs = np.zeros((200, 200), dtype=np.uint8)
+        keepout = KeepoutMask(KeepoutFilterParams(), mask, window, rolling)
+        keepout.raise_costs(costs, (0, 200, 0, 200), 0, 0)
+        columns = np.flatnonzero(costs.any(axis=0))
+        assert (columns[0], columns[-1]) == (begins, 99)
+        assert np.array_equal(costs, costs.T)
 
 
 def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it() -> None:
@@ -153,6 +172,7 @@ def test_a_mask_acts_within_a_map_where_all_its_costs_but_zero_are_cells_of_it()
             KeepoutFilterParams(),
             FilterMask(OccupancyGrid(data, 1.0, Pose2D(x + 0.25, y + 0.25))),
             window,
+            rolling=False,
         )
         inside = 0 <= x + cell % 3 < 5 and 0 <= y + cell // 3 < 4
         assert (mask.x, mask.y) == (x, y)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from navstack.costmap import lattice_costs, layered_costmap
-from navstack.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION
+from navstack.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
 from navstack.costmap.lattice_costs import DenseCosts
 from navstack.costmap.layered_costmap import LayeredCostmap
 from navstack.costmap.layers import Bounds, resampled, static_costs
@@ -253,6 +253,51 @@ def test_a_static_layer_last_hides_what_the_layers_before_it_wrote() -> None:
         assert (costmap.master.cost_at(1.22, 0.0) == LETHAL_OBSTACLE) is use_maximum
         # beside the block, whose surroundings are not inflated
         assert costmap.master.cost_at(-2.6, 1.2) == 0
+
+
+def test_of_a_map_that_moves_the_highest_number_counts() -> None:
+    """Cells of a map a third each unknown, free and occupied, below marks (static_layer.cpp)."""
+    data = np.repeat(np.array([[-1, 0, 100]], dtype=np.int8), 40, axis=0).repeat(14, axis=1)
+    static = OccupancyGrid(data, RESOLUTION, Pose2D(-1.0, -1.0, 0.0))
+    unknown, free, occupied = (-0.8, 0.0), (-0.1, 0.0), (0.9, 0.0)
+    for rolling, expected in ((True, NO_INFORMATION), (False, FREE_SPACE)):
+        params = make_params(
+            ("static_layer",),
+            use_maximum=True,
+            track_unknown_space=True,
+            rolling_window=rolling,
+            size=1.9,
+        )
+        costmap = LayeredCostmap(params, static)
+        costmap.update(Pose2D(), None, 0.0)
+        assert costmap.master.cost_at(*unknown) == NO_INFORMATION
+        # the window's own cells are unknown before the map's come
+        assert costmap.master.cost_at(*free) == expected
+        assert costmap.master.cost_at(*occupied) == (NO_INFORMATION if rolling else LETHAL_OBSTACLE)
+
+
+@pytest.mark.parametrize(("rolling", "reach"), [(False, 26), (True, 25)])
+def test_the_resolution_of_a_map_is_in_single_precision(rolling: bool, reach: int) -> None:
+    """0.5 m are 25 cells of 0.02 m, but 26 of its nearest number in single precision."""
+    layers = {
+        "static_layer": StaticLayerParams(),
+        "inflation_layer": InflationLayerParams(inflation_radius=0.5, cost_scaling_factor=3.0),
+    }
+    params = CostmapParams(
+        plugins=("static_layer", "inflation_layer"),
+        layers=layers,
+        rolling_window=rolling,
+        resolution=0.02,
+        width=3,
+        height=3,
+        robot_radius=0.2,
+    )
+    data = np.zeros((151, 151), dtype=np.int8)
+    data[75, 75] = 100
+    costmap = LayeredCostmap(params, OccupancyGrid(data, 0.02, Pose2D(-1.51, -1.51, 0.0)))
+    costmap.update(Pose2D(), None, 0.0)
+    row = costmap.master.data[costmap.master.data.any(axis=1)]
+    assert len(row) == 2 * reach + 1
 
 
 def test_a_static_layer_that_is_disabled_gives_the_size_and_no_costs() -> None:

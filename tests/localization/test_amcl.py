@@ -228,6 +228,17 @@ def test_global_localization(room, drive):
     assert rows[-1][0].health is Health.TRACKING
 
 
+def test_a_scan_that_states_no_range_is_passed_over(room, see):
+    localizer = started(room)
+    for stamp in (0.0, 0.1):
+        scan = replace(see(START, stamp), range_max=0.0)
+        belief = localizer.update(
+            Observation(stamp, Odometry(stamp, Pose2D(), Twist2D()), scan=scan)
+        )
+    assert belief.pose == START
+    assert localizer._last_pose is None, "no scan has counted"
+
+
 def test_lost_it_looks_again_where_it_stands(room, see):
     for candidates, finds in ((0, False), (5000, True)):
         localizer = started(

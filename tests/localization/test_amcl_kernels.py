@@ -385,6 +385,15 @@ def test_free_space_gives_every_free_cell_alike():
     np.testing.assert_allclose(nowhere[:, :2], [(-3.0, 2.0)] * 2)
 
 
+def test_of_downsampled_free_space_every_other_row_and_column_counts():
+    cells = np.full((5, 7), FREE)
+    cells[2, 4] = OCCUPIED
+    drawn = FreeSpace(grid_of(cells), downsampled=True).draw(2000, np.random.default_rng(8))
+    columns, rows = np.rint((drawn[:, :2] - (-3.0, 2.0)) / 0.1).astype(int).T
+    expected = {(row, column) for row in (0, 2, 4) for column in (0, 2, 4, 6)} - {(2, 4)}
+    assert set(zip(rows.tolist(), columns.tolist(), strict=True)) == expected
+
+
 @pytest.mark.parametrize(
     ("ends", "reach"),
     [

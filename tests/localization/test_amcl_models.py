@@ -251,8 +251,9 @@ def test_motion_models_by_name(name, kernel):
         ({"robot_model_type": "diff"}, "nav2_amcl::OmniMotionModel, differential"),
         ({"laser_likelihood_max_dist": 1e9}, "max_dist 1000000000.0 must be more than 0 to 1000"),
         ({"laser_likelihood_max_dist": math.inf}, "max_dist inf must be a finite number"),
-        ({"max_particles": 10**9}, "max_particles 1000000000 must be 1 to 1e.06"),
-        ({"min_particles": 0}, "min_particles 0 must be 1 to 1e.06"),
+        ({"max_particles": 10**9}, "max_particles 1000000000 must be 0 to 1e.06"),
+        ({"min_particles": 10**12}, "min_particles 1000000000000 must be 0 to 1e.06"),
+        ({"min_particles": 0, "max_particles": 0}, "max_particles 0 must be 1 or more without"),
         ({"recovery_candidates": 10**12}, "recovery_candidates 1000000000000 must be 0 to 1e.06"),
         ({"sigma_hit": 1e-300}, "sigma_hit 1e-300 must be 0.0001 to 1000"),
         ({"z_rand": 1e300}, r"z_rand 1e\+300 must be 0 to 100"),
@@ -265,7 +266,35 @@ def test_parameters_out_of_range_are_refused(given, message):
         AmclParams(**given)
 
 
-@pytest.mark.parametrize(("resolution", "farthest"), [(0.05, 200.0), (0.0001, 0.4), (0.25, 1000.0)])
+@pytest.mark.parametrize(
+    ("name", "given", "taken"),
+    [
+        ("resample_interval", 0, 1),
+        ("resample_interval", -2, 1),
+        ("resample_interval", 3, 3),
+        ("min_particles", -1, 500),
+        ("min_particles", 0, 0),
+        ("max_particles", -5, 2000),
+        ("laser_likelihood_max_dist", -1.0, 2.0),
+        ("laser_likelihood_max_dist", 0.3, 0.3),
+    ],
+)
+def test_what_nav2_replaces_after_a_warning_is_replaced(name, given, taken):
+    assert getattr(AmclParams(**{name: given}), name) == taken
+
+
+@pytest.mark.parametrize(
+    ("farthest", "resolution", "code"),
+    [(2.0, 0.05, 1521), (0.5, 0.05, 81), (1.0, 0.15, 36), (2.0, 0.02, 10_000)],
+)
+def test_a_field_reaches_so_many_whole_cells(farthest: float, resolution: float, code: int) -> None:
+    """Of a transcription of map_cspace.cpp: the map's resolution is in single precision."""
+    assert farthest_code(farthest, resolution) == code
+
+
+@pytest.mark.parametrize(
+    ("resolution", "farthest"), [(0.0625, 250.0), (0.0001, 0.4), (0.25, 1000.0)]
+)
 def test_a_field_has_so_many_distances_and_no_more(resolution: float, farthest: float) -> None:
     assert farthest_code(farthest, resolution) == 4000**2
     cells = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), resolution, Pose2D())

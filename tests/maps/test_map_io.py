@@ -344,10 +344,10 @@ def test_a_png_cut_anywhere_is_refused(tmp_path: Path) -> None:
 
 
 def test_saved_pixels_are_map_savers(tmp_path: Path) -> None:
-    cells = np.array([[0, 19, 20, 64, 65, 100, -1, 50]], dtype=np.int8)
+    cells = np.array([[0, 20, 25, 26, 64, 65, 100, -1, 50]], dtype=np.int8)
     save_map(OccupancyGrid(cells, 0.05, Pose2D(-100.875, 3.0, 0.1)), tmp_path / "t.yaml")
     pixels = np.asarray(Image.open(tmp_path / "t.png"))
-    assert pixels.tolist() == [[254, 254, 254, 205, 0, 0, 205, 205]]
+    assert pixels.tolist() == [[254, 254, 254, 205, 205, 0, 0, 205, 205]]
     assert YAML(typ="safe").load(tmp_path / "t.yaml") == {
         "image": "t.png",
         "mode": "trinary",

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from navstack.errors import PluginError
+from navstack.behavior_tree import PLANNER_RECOVERY_HELPS
+from navstack.errors import NoPathFoundError, PluginError
 from navstack.plugin_answers import checked_belief, checked_command, checked_costs, checked_plan
 from navstack.types import Belief, Path, Pose2D, Twist2D
 
@@ -24,11 +25,17 @@ def checked_three_costs(answer: object, source: object) -> object:
         (checked_command, Twist2D(0.5, 0.0, np.float32(0.1))),
         (checked_three_costs, [0.0, math.inf, 2]),
         (checked_belief, Belief(Pose2D())),
-        (checked_plan, Path(np.zeros((0, 3)))),
+        (checked_plan, Path(np.zeros((1, 3)))),
     ],
 )
 def test_an_answer_is_passed_on(check, answer):
     assert np.array_equal(check(answer, Mine()), answer)
+
+
+def test_a_path_without_poses_is_no_path_which_recoveries_answer():
+    with pytest.raises(NoPathFoundError, match="^Mine answered a path without poses$") as told:
+        checked_plan(Path(np.zeros((0, 3))), Mine())
+    assert told.value.code in PLANNER_RECOVERY_HELPS
 
 
 @pytest.mark.parametrize(

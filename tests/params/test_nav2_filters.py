@@ -1,5 +1,6 @@
 import pytest
 
+from harness.task.stack import absolute_files
 from navstack.errors import ParameterError
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.nav2_file.filters import MaskSource, find_mask, keepout_filters_without_mask
@@ -55,6 +56,16 @@ def masks_here(tmp_path):
     folder.mkdir()
     for name in ("keepout", "speed"):
         (folder / f"{name}.yaml").touch()
+
+
+@pytest.mark.usefixtures("masks_here")
+def test_a_mask_in_the_users_own_folder_is_found(inspect, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    text = (COSTMAP + KEEPOUT).replace("masks/keepout.yaml", '"~/masks/keepout.yaml"')
+    nav2 = inspect(text)
+    masks = read_masks(nav2, read_costmap(nav2, "global_costmap"))
+    assert masks["keepout"].path == tmp_path / "masks" / "keepout.yaml"
+    assert absolute_files(nav2)["filter_mask_server"] == str(masks["keepout"].path)
 
 
 @pytest.mark.usefixtures("masks_here")

@@ -13,7 +13,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import GoalOccupiedError, InputError, NoPathFoundError, ParameterError
+from navstack.errors import (
+    GoalOccupiedError,
+    InputError,
+    NoPathFoundError,
+    ParameterError,
+    PlannerTimedOutError,
+)
 from navstack.jit import njit
 from navstack.params.smac import (
     REEDS_SHEPP,
@@ -97,7 +103,7 @@ def test_the_grid_search_finds_the_cheapest_way(allow_unknown):
         last = costs.shape[1] - 1, costs.shape[0] - 1
         limits = SearchLimits(0.0, 10**6, 10)
         given = (costs, blocked_table(252, allow_unknown), (0, 0), last, 2.0, limits)
-        reached = search_grid(*given, travelled, came_by)
+        reached, _ = search_grid(*given, travelled, came_by)
         if not np.isfinite(expected[-1]):
             assert reached == -1
             continue
@@ -367,7 +373,7 @@ def test_a_search_ends_after_max_iterations():
         SmacHybrid(SmacHybridParams(max_iterations=20)),
         SmacLattice(SmacLatticeParams(max_iterations=20)),
     ):
-        with pytest.raises(NoPathFoundError, match="max_iterations"):
+        with pytest.raises(PlannerTimedOutError, match="max_iterations"):
             planner.plan(start, goal, costmap)
     assert len(Smac2D(Smac2DParams(max_iterations=-1)).plan(start, goal, costmap).poses) > 50
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from navstack.errors import ParameterError
+from navstack.files import named_by
 from navstack.params.filters import (
     SPEED_ABSOLUTE,
     SPEED_PERCENT,
@@ -70,7 +71,7 @@ def find_mask(
                     f"{mask_node}.yaml_filename has a NUL in the map's name; give a map_server "
                     "YAML file"
                 )
-            if yaml_filename and (is_anywhere or (folder / yaml_filename).exists()):
+            if yaml_filename and (is_anywhere or named_by(folder, yaml_filename).exists()):
                 return MaskSource(info_node, yaml_filename)
     return None
 

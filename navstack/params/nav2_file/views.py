@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from navstack.errors import ParameterError
+from navstack.files import named_by
 from navstack.params.collision_monitor import (
     CollisionMonitorParams,
     MonitorSourceParams,
@@ -265,7 +266,7 @@ def read_masks(nav2: Nav2File, params: CostmapParams) -> dict[str, Mask]:
             source = find_mask(nav2.parameters, nav2.path.parent, layer.filter_info_topic)
             if source is not None:
                 info = nav2.read(FilterInfoServerParams, source.info_node)
-                path = nav2.path.parent / source.yaml_filename
+                path = named_by(nav2.path.parent, source.yaml_filename)
                 masks[name] = Mask(path, info, source.info_node)
     return masks
 

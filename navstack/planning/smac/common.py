@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from navstack.costmap.costmap import Costmap
-from navstack.errors import NoPathFoundError
+from navstack.errors import PlannerTimedOutError, PlanningError
 from navstack.params.smac import (
     Smac2DParams,
     SmacHybridParams,
@@ -76,8 +76,11 @@ def smoothed(poses: FloatArray, costmap: Costmap, params: SmacSmootherParams) ->
     return SimpleSmoother(params.as_simple).smooth(Path(poses, 0.0), costmap).poses
 
 
-def no_way(start: Pose2D, goal: Pose2D) -> NoPathFoundError:
-    """The error that a search ended without a path."""
-    return no_path(
-        start, goal, or_else=", or whether max_iterations or max_planning_time is too low"
+def no_way(start: Pose2D, goal: Pose2D, iterations: int, most: int) -> PlanningError:
+    """The error that a search ended without a path after so many iterations of at most ``most``."""
+    if iterations < most:
+        return no_path(start, goal)
+    return PlannerTimedOutError(
+        f"no path from ({start.x:g}, {start.y:g}) m to ({goal.x:g}, {goal.y:g}) m within "
+        f"{iterations} iterations; check whether max_iterations or max_planning_time is too low"
     )

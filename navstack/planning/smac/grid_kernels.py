@@ -50,7 +50,7 @@ def search_grid(
     limits: SearchLimits,
     travelled: Float32Array,
     came_by: ByteArray,
-) -> int:
+) -> tuple[int, int]:
     """A* from cell to cell (column, row) over eight neighbours; :func:`step_cost` adds up.
 
     Args:
@@ -65,7 +65,7 @@ def search_grid(
         came_by: (height * width,) room for the number of the neighbour by which it was entered.
 
     Returns:
-        The cell (row * width + column) that was reached; -1: none.
+        The cell (row * width + column) that was reached, -1: none; and the iterations.
     """
     height, width = costs.shape
     first = start[1] * width + start[0]
@@ -83,7 +83,7 @@ def search_grid(
         if priority > np.float32(travelled[n] + left):
             continue  # a better way to it was found meanwhile
         if n == last:
-            return int(n)
+            return int(n), iterations
         iterations += 1
         distance = math.hypot(goal[0] - column, goal[1] - row)
         if distance < nearest:
@@ -92,7 +92,7 @@ def search_grid(
         if nearest <= limits.tolerance:
             approaching += 1
             if approaching > limits.max_on_approach_iterations:
-                return best
+                return best, iterations
         for k in range(len(NEIGHBOURS)):
             x = column + NEIGHBOURS[k, 0]
             y = row + NEIGHBOURS[k, 1]
@@ -104,7 +104,7 @@ def search_grid(
                 travelled[m] = total
                 came_by[m] = k
                 heapq.heappush(heap, (np.float32(total + octile(goal[0] - x, goal[1] - y)), m))
-    return best if nearest <= limits.tolerance else -1
+    return best if nearest <= limits.tolerance else -1, iterations
 
 
 def trace_back(reached: int, first: int, width: int, came_by: ByteArray) -> IntArray:

@@ -70,7 +70,7 @@ class _PosePlanner(Planner):
         way = self._expansion(radius, reverses, used.resolution)
         found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
-            raise no_way(start, goal)
+            raise no_way(start, goal, found.iterations, target.max_iterations)
         poses = in_metres(self._poses(found, motions, first, last), used)
         if self._params.smooth_path:
             poses = self._smoothed(poses, used, ground)

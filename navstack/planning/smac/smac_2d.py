@@ -66,7 +66,7 @@ class Smac2D(Planner):
             params.max_iterations,
             params.max_on_approach_iterations,
         )
-        reached = search_grid(
+        reached, iterations = search_grid(
             costmap.data,
             self._blocked,
             begin,
@@ -77,7 +77,7 @@ class Smac2D(Planner):
             came_by,
         )
         if reached < 0:
-            raise no_way(start, goal)
+            raise no_way(start, goal, iterations, params.max_iterations)
         cells = trace_back(reached, begin[1] * width + begin[0], width, came_by) + 0.5
         places = np.vstack((first[:2], cells[1:-1], cells[-1]))
         if reached == end[1] * width + end[0]:
