@@ -11,8 +11,10 @@ Other modules: :mod:`navbench.gym`, an environment for reinforcement learning.
 """
 
 import importlib
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
+from navbench.arguments import checked
 from navstack.dispatch import pin
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
     from navbench.api.ros2 import drive_robot, serve
     from navbench.api.run import make_world, resume, run
     from navbench.api.runs import Run, load
-    from navbench.api.street import import_osm, route_missions
+    from navbench.api.street import cut_map, import_osm, route_missions, street_losses
     from navbench.api.suite import resume_suite, suite
     from navbench.api.tuning.tune import resume_tuning, tune
     from navbench.api.verify import scenario, verify
@@ -76,7 +78,7 @@ _NAMES = {  # by module
     "navbench.api.ros2": ("drive_robot", "serve"),
     "navbench.api.run": ("make_world", "resume", "run"),
     "navbench.api.runs": ("Run", "load"),
-    "navbench.api.street": ("import_osm", "route_missions"),
+    "navbench.api.street": ("cut_map", "import_osm", "route_missions", "street_losses"),
     "navbench.api.suite": ("resume_suite", "suite"),
     "navbench.api.tuning.tune": ("resume_tuning", "tune"),
     "navbench.api.verify": ("scenario", "verify"),
@@ -104,6 +106,7 @@ __all__ = [
     "check",
     "compare",
     "cost_log",
+    "cut_map",
     "day",
     "drive_robot",
     "explain",
@@ -133,6 +136,7 @@ __all__ = [
     "scenario",
     "sensitivity",
     "serve",
+    "street_losses",
     "suite",
     "tune",
     "verify",
@@ -148,6 +152,8 @@ def __getattr__(name: str) -> Any:
     found = getattr(importlib.import_module(_WHERE[name]), name)
     if _WHERE[name].startswith("navbench.api"):
         importlib.import_module("harness.execution.arithmetic").warn_of_other_arithmetic()
+    if isinstance(found, FunctionType):
+        return checked(found)
     return found
 
 

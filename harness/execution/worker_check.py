@@ -136,7 +136,7 @@ def _project() -> list[Path]:
 def _code() -> list[Path]:
     root = Path(__file__).resolve().parents[2]
     files = (path for package in PACKAGES for path in sorted((root / package).rglob("*")))
-    return [path for path in files if path.suffix in (".py", ".toml")]
+    return [path for path in files if path.suffix in (".py", ".toml", ".json")]
 
 
 def _all_files(folder: Path) -> list[Path]:

@@ -15,7 +15,7 @@ from harness.identify.urdf import UrdfBody
 from harness.recorded.drive_log import DriveLog
 from harness.storage.documents import write_file
 from harness.storage.shipped import shipped
-from harness.task.own_body import Limits, body_of, own_body
+from harness.task.own_body import KEPT, Limits, body_of, own_body
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
 from navstack.params.nav2_file.file import load_nav2
@@ -32,6 +32,10 @@ _ROBOT = {  # of the robot file; the limits are those of commanded speeds, which
     "max_deceleration": "linear_max_deceleration_mps2",
     "max_yaw_acceleration": "angular_max_acceleration_radps2",
 }
+_LIMITS = (  # of the robot file, in the order of Limits
+    *("max_speed", "max_yaw_rate", "max_acceleration", "max_deceleration"),
+    "max_yaw_acceleration",
+)
 _SENSORS = {  # of the sensors file
     "lidar": {
         "noise_std": "lidar_noise_std_m",
@@ -149,10 +153,14 @@ def _body(
     if urdf is not None and urdf.box is not None:
         limits = Limits(speed, turn, 2.5, 2.5, 3.2, 0.0)
         if body is not None:
-            limits = _limits(known)
+            limits = Limits(*(*(known[name] for name in _LIMITS), 0.0))
         outline = np.round(urdf.box, 4)
         known, source = body_of(outline, limits, known), "assumed from the URDF's outline"
     robot = _Values(dict(known), dict.fromkeys(known, source))
+    if body is not None and nav2 is not None and (urdf is None or urdf.box is None):
+        guessed = set(known) - {"footprint", *_LIMITS}
+        robot.sources |= dict.fromkeys(guessed, f"assumed from the outline in {nav2.name}")
+        robot.sources |= dict.fromkeys(guessed & set(KEPT), f"assumed: as {DEFAULT_ROBOT}")
     if body is None:
         robot.put("max_speed", round(speed, 3), "measured: the fastest of the log")
         robot.put("max_yaw_rate", round(turn, 3), "measured: the fastest of the log")
@@ -174,18 +182,6 @@ def _note_gain(found: Identified, notes: list[str]) -> None:
         more = gain / scale - 1.0
         if abs(more) > _NOTED:
             notes.append(f"it {what} {100.0 * more:+.1f} % against its commands; here it does not")
-
-
-def _limits(known: dict[str, Any]) -> Limits:
-    """The limits of a robot file."""
-    return Limits(
-        known["max_speed"],
-        known["max_yaw_rate"],
-        known["max_acceleration"],
-        known["max_deceleration"],
-        known["max_yaw_acceleration"],
-        0.0,
-    )
 
 
 def _fastest(found: Identified, log: DriveLog) -> tuple[float, float]:

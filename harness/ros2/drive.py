@@ -1,6 +1,5 @@
 """Our brain as a node: it takes a robot's sensors and a goal, and commands the robot."""
 
-import contextlib
 import dataclasses
 import math
 import time
@@ -45,7 +44,8 @@ from navstack.types import (
 
 NODE = "navbench_drive"
 AGAIN = "send /initialpose and a goal"
-MOST_JUMP = 1.0  # [s] that the clock may advance between two ticks under way
+# [s] that the clock may advance between two ticks under way beside the time that passes meanwhile
+MOST_JUMP = 1.0
 # [s] of the clock that the stamps of scan and odometry may be behind it, or ahead of it
 MOST_AGE = 1.0
 LOOK = 0.02  # [s] of wall time between two looks at whether publishers are gone
@@ -101,10 +101,12 @@ class DriveNode:
         self._goal: Pose2D | None = None
         self._offset: float | None = None  # [s] of the clock at the goal's first tick
         self._last = -math.inf  # [s] of the clock at the last tick
+        self._began = -math.inf  # [s] of monotonic time when that began
         self._new: dict[str, Any] = {}  # what arrived since the last tick, the newest of each kind
         self._ages = {"scan": -math.inf, "odometry": -math.inf}  # [s] of the newest, on the clock
         self._count = 0  # messages so far
         self.refused = 0  # messages that cannot be used
+        self._is_far = False  # whether fixes were too far from the datum, which is told once
         self._needed = ["scan", "odom"]  # topics without whose publishers it stands
         if is_simulated:
             self._needed.append("/clock")
@@ -202,9 +204,11 @@ class DriveNode:
     def _tick(self, now: float) -> None:
         """Drive a tick at a time [s] of the clock."""
         jump, self._last = now - self._last, now
+        began = time.monotonic()
+        passed, self._began = began - self._began, began
         if self._goal is None:
             return
-        if self._offset is not None and not 0.0 <= jump <= MOST_JUMP:
+        if self._offset is not None and not 0.0 <= jump <= MOST_JUMP + passed:
             self._give_up(f"the clock jumped by {jump:.3g} s; {AGAIN}")
             return
         if self._stop_if(self._old(now) or self._gone()):
@@ -216,6 +220,9 @@ class DriveNode:
             command = self._navigator.tick(observation)
         except NavstackError as error:
             self._give_up(f"{error}; {AGAIN}")
+            return
+        if (took := time.monotonic() - began) > MOST_AGE:
+            self._stop(f"a cycle took {took:.3g} s, so its command is for where the robot was")
             return
         self._send(command)
         self._is_stopped, self._why = False, ""
@@ -316,11 +323,21 @@ class DriveNode:
 
     def _take_fix(self, message: NavSatFix) -> None:
         fix, coordinates = None, received.coordinates(message)
-        with contextlib.suppress(InputError):  # too far from the datum
-            if coordinates is not None:
+        if coordinates is not None:
+            try:
                 place, stamp = self._site.to_local(*coordinates), received.stamp_of(message)
                 fix = received.gps_fix(message, stamp, place, np.zeros(3), 0.0)
+            except InputError as error:
+                self._tell_of_far_fix(error)
         self._take("gps", fix)
+
+    def _tell_of_far_fix(self, error: InputError) -> None:
+        """Say once why fixes have no effect: the datum is the simulator's, or another place's."""
+        if not self._is_far:
+            self._is_far = True
+            self._say(
+                f"fixes are refused: {error}; give the map's origin: --datum LATITUDE LONGITUDE"
+            )
 
     def _take_scan(self, message: ScanMessage) -> None:
         self._take("scan", received.laser_scan(message, received.stamp_of(message), self._laser))

@@ -38,13 +38,17 @@ def contents(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
-def rescued(path: Path, texts: Mapping[str, bytes], journal: IO[bytes]) -> Path:
+def rescued(
+    path: Path, texts: Mapping[str, bytes], journal: IO[bytes], recordings: Path | None = None
+) -> Path:
     """A new run folder beside the place of the old one, or where that cannot be, a temporary one.
 
     Args:
         path: where the old one was.
         texts: contents of the files that it began with.
         journal: its journal, which may have no name any more.
+        recordings: folder of its recordings, of which those are copied that are still there; None:
+            it has none.
 
     Raises:
         OSError: it cannot be written.
@@ -57,14 +61,22 @@ def rescued(path: Path, texts: Mapping[str, bytes], journal: IO[bytes]) -> Path:
     journal.seek(0)
     with (folder / Path(journal.name).name).open("wb") as copy:
         shutil.copyfileobj(journal, copy)
+    if recordings is not None and recordings.is_dir():
+        shutil.copytree(recordings, folder / recordings.name, dirs_exist_ok=True)
     return folder
 
 
-def lost_folder(path: Path, folder: Path, count: int) -> InputError:
-    """What stops a program whose run folder went; its ``count`` deliveries are in ``folder``."""
+def lost_folder(path: Path, folder: Path, count: int, gone: int = 0) -> InputError:
+    """What stops a program whose run folder went.
+
+    Its ``count`` deliveries are in ``folder``, but for ``gone`` files of what was recorded of them.
+    """
+    without = ""
+    if gone:
+        without = f", but {gone} files of their recordings went with it"
     return InputError(
         f"run folder '{path}' was removed, moved or replaced while this program drove: it stops; "
-        f"its {count} finished deliveries are kept, go on with --resume {quoted(folder)}"
+        f"its {count} finished deliveries are kept{without}; go on with --resume {quoted(folder)}"
     )
 
 

@@ -37,6 +37,7 @@ from navstack.errors import InputError
 from navstack.files import check_regular
 
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
+RECORDED = "recordings"  # folder of what is recorded of each episode
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
 MOST_LINE = 20_000_000  # [bytes] of one delivery in it
 
@@ -90,6 +91,7 @@ class RunFolder:
                 self._journal = opening.enter_context(open(path / JOURNAL, "ab+", opener=no_links))
                 self._read_journal(self._journal)
                 self._texts = contents(path, (*OF_ALL, CHECKSUMS))
+                self._recorded = {file.name for file in (path / RECORDED).glob("*")}
                 sync_folder(path)
             self._open = opening.pop_all()
 
@@ -222,7 +224,7 @@ class RunFolder:
             return
         self._lost = self.path
         with self._writing():
-            self.path = rescued(self.path, self._texts, self._journal)
+            self.path = rescued(self.path, self._texts, self._journal, self._inside / RECORDED)
             self._lock = self._open.enter_context(locked(self.path))
             self._inside = self._open.enter_context(opened_folder(self.path))
             self._journal.close()
@@ -233,7 +235,8 @@ class RunFolder:
         """Stop, once, where the run could not stay in its folder."""
         lost, self._lost = self._lost, None
         if lost is not None:
-            raise lost_folder(lost, self.path, len(self.rows))
+            here = {file.name for file in (self.path / RECORDED).glob("*")}
+            raise lost_folder(lost, self.path, len(self.rows), len(self._recorded - here))
 
     def _unpack(self) -> None:
         """Make tables a journal again: the run was complete and has been extended since."""
@@ -299,8 +302,9 @@ class RunFolder:
 
     def _recording(self, name: str) -> Path:
         """The file of a recording."""
-        (self._inside / "recordings").mkdir(exist_ok=True)
-        return self._inside / "recordings" / name
+        (self._inside / RECORDED).mkdir(exist_ok=True)
+        self._recorded.add(name)
+        return self._inside / RECORDED / name
 
 
 def count_finished(path: Path) -> int:

@@ -25,7 +25,7 @@ from harness.storage.parameters import parameter_folder
 from harness.storage.rows import Row
 from harness.storage.shipped import district_files, is_district
 from harness.storage.texts import clean_text
-from harness.task.stack import Stack, absolute_files, policy_files
+from harness.task.stack import Stack, absolute_files, policy_files, policy_module
 from harness.task.study import MAX_EPISODES, EpisodeTask, Study, usable_workers
 from harness.world.map.scene import Scene
 from harness.world.physics.robot import RobotParams
@@ -162,7 +162,7 @@ def policy_digests(study: Study) -> dict[str, str]:
 
     Of those only that name some.
     """
-    files = {stack.name: policy_files(stack) for stack in study.stacks}
+    files = {stack.name: policy_files(stack) + policy_module(stack) for stack in study.stacks}
     return {
         name: hashlib.sha256(
             b"".join(file.read_bytes() for file in own if file.is_file())

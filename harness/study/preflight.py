@@ -214,7 +214,8 @@ def notes_on_file(nav2: Nav2File, stack: str) -> list[str]:
         told.append(f"what is read otherwise than by Nav2 ({len(otherwise)})")
     if nav2.ignored:
         told.append(f"what has no effect here ({len(nav2.ignored)})")
-    return [f"{stack}: navbench lint {nav2.path} --full lists {' and '.join(told)}"]
+    first = _first_misspelt(nav2)
+    return [f"{stack}: navbench lint {nav2.path} --full lists {' and '.join(told)}{first}"]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:
@@ -225,14 +226,22 @@ def file_notes(nav2: Nav2File) -> list[str]:
     unknown = [notice for notice in nav2.notices if notice.id in IGNORED_BY_NAV2]
     notes = [str(notice) for notice in nav2.notices if notice not in unknown]
     if unknown:
-        misspelt = [notice for notice in unknown if notice.id != UNKNOWN_KEY]
-        first = "".join(f"; {notice}" for notice in misspelt[:MOST_MISSPELT])
         notes.append(
             f"Nav2 does not know {len(unknown)} of the names in this file, "
-            f"and ignores them as we do{first}; "
+            f"and ignores them as we do{_first_misspelt(nav2)}; "
             f"navbench lint {nav2.path} tells of each"
         )
     return notes
+
+
+def _first_misspelt(nav2: Nav2File) -> str:
+    """Names of a file that are near to one that Nav2 knows, a few of them."""
+    misspelt = [
+        notice
+        for notice in nav2.notices
+        if notice.id in IGNORED_BY_NAV2 and notice.id != UNKNOWN_KEY
+    ]
+    return "".join(f"; {notice}" for notice in misspelt[:MOST_MISSPELT])
 
 
 def default_notes(nav2: Nav2File, stack: str) -> list[str]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from ruamel.yaml import YAML
+from scipy.spatial import ConvexHull, QhullError
 
 from harness.task.made_files import made_file
 from navstack.errors import ParameterError
@@ -22,6 +23,7 @@ from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_yaml
 from navstack.types import FloatArray
 
+SHRUNK = 0.005  # [m] of a side that is told
 SAME = 0.05  # [m] of every side within which a file's robot is the one that is there
 FASTER = 1.01  # times the robot's top speed: more than rounding
 MASS = 100.0  # [kg/m2] of outline: Husky 75, Jackal 94, Nova Carter 129, Segway E1 134
@@ -31,6 +33,8 @@ FORCE = 10.0  # [N/kg] of the drive: Segway E1 8, Jackal 12
 GRAVITY = 9.81  # [m/s2]
 STEADY = 0.9  # share of the acceleration at which it would tip over
 SPEED, YAW_RATE = 0.5, 1.0  # [m/s], [rad/s] where the file says nothing
+# of another robot
+KEPT = ("wheel_friction", "rolling_resistance", "servo_time_constant", "body_friction")
 SIDEWAYS = 0.5  # [m/s] of an Omni motion model: the default of vy_max
 
 
@@ -74,7 +78,7 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
     off = np.abs(_corners(outline) - _corners(np.array(known["footprint"]))).max()
     if off < SAME and limits.speed <= FASTER * known["max_speed"]:
         return None
-    box = _box(costmap, outline)
+    box = _box(outline)
     body = body_of(box, limits, known)
     texts = {"robot": body, "sensors": _carried(load_yaml(sensors), box, nav2)}
     files = {}
@@ -82,7 +86,7 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
         stream = io.StringIO()
         YAML(pure=True).dump(content, stream)
         files[name] = str(made_file(f"{title}-{name}.yaml", stream.getvalue()))
-    return OwnBody(**files, note=_note(costmap, box, body, limits))
+    return OwnBody(**files, note=_note(costmap, outline, box, body, limits))
 
 
 def _limits(subject: Subject) -> Limits:
@@ -114,16 +118,24 @@ def _limits(subject: Subject) -> Limits:
     )
 
 
-def _box(costmap: CostmapParams, outline: FloatArray) -> FloatArray:
+def _box(outline: FloatArray) -> FloatArray:
     """Lower and upper corner (2, 2) of the body in [m], base frame.
 
-    A round robot is the square within its circle, so that it touches nothing that its costmap shows
-    free.
+    The box about the outline, smaller about its middle where its corners would stick out of the
+    outline's convex hull: so the body touches nothing that its costmap shows free. A round robot is
+    the square within its circle.
     """
     box = _corners(outline)
-    if costmap.footprint.strip() in ("", "[]"):
-        box = np.round(box / math.sqrt(2.0), 6)
-    return box
+    middle = box.mean(axis=0)
+    try:
+        sides = ConvexHull(outline).equations  # outward normals, and minus the distance of each
+    except QhullError:  # all vertices on a line
+        return box
+    room = -(sides[:, :2] @ middle + sides[:, 2])
+    reach = np.abs(sides[:, :2]) @ (box[1] - middle)  # of the box's farthest corner
+    share = min(1.0, float((room / reach).min()))
+    smaller: FloatArray = np.round(middle + share * (box - middle), 6)
+    return smaller
 
 
 def _corners(outline: FloatArray) -> FloatArray:
@@ -165,11 +177,10 @@ def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str,
         "max_yaw_acceleration": limits.yaw_acceleration,
         "max_wheel_torque": 0.5 * FORCE * mass * wheel,
     }
-    kept = ("wheel_friction", "rolling_resistance", "servo_time_constant", "body_friction")
     return {
         "footprint": [[x_max, y_max], [x_max, y_min], [x_min, y_min], [x_min, y_max]],
         **{name: round(value, 4) for name, value in values.items()},
-        **{name: known[name] for name in kept},
+        **{name: known[name] for name in KEPT},
         "bucket": [0.5 * (x_min + x_max), 0.5 * (y_min + y_max), round(HEIGHT * size, 4)],
     }
 
@@ -186,12 +197,20 @@ def _carried(sensors: dict[str, Any], box: FloatArray, nav2: Nav2File) -> dict[s
     return sensors
 
 
-def _note(costmap: CostmapParams, box: FloatArray, body: dict[str, Any], limits: Limits) -> str:
+def _note(
+    costmap: CostmapParams,
+    outline: FloatArray,
+    box: FloatArray,
+    body: dict[str, Any],
+    limits: Limits,
+) -> str:
     """The body in one line."""
     length, width = (box[1] - box[0]).tolist()
     shape = f"{length:.2f} m x {width:.2f} m"
     if costmap.footprint.strip() in ("", "[]"):
         shape = f"a radius of {costmap.robot_radius:.2f} m, as a square within"
+    elif np.abs(box - _corners(outline)).max() > SHRUNK:
+        shape += ", a box within its outline"
     note = (
         f"drives the robot that the file describes: {shape}, up to {limits.speed:g} m/s and "
         f"{body['max_yaw_rate']:.3g} rad/s; by its area it weighs {body['mass']:.1f} kg and "

@@ -1,6 +1,8 @@
 """What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
 
+import contextlib
 import dataclasses
+import importlib.util
 import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -129,7 +131,7 @@ def load_stack(
     """
     stacks = shipped("params") / "stacks"
     path = resolve(name_or_file, stacks, "stack")
-    is_nav2_file = PARAMETERS in read_text(path)  # which every node of one has as a key
+    is_nav2_file = _has_nodes(read_text(path))
     if is_nav2_file:
         stack = load_dataclass(Stack, stacks / "nav2-gps.yaml")
         stack = dataclasses.replace(
@@ -154,6 +156,11 @@ def load_stack(
     if is_nav2_file and robot is None:
         stack = _with_own_body(stack, stack.sensors if sensors else "")
     return stack
+
+
+def _has_nodes(text: str) -> bool:
+    """Whether a file has parameters of nodes outside its comments, as every Nav2 file has."""
+    return any(PARAMETERS in line.partition("#")[0] for line in text.splitlines())
 
 
 def _stack_of(path: Path) -> Stack:
@@ -206,6 +213,18 @@ def policy_files(stack: Stack) -> list[Path]:
     if stack.policy.file:
         files.append(Path(stack.policy.file))
     return files
+
+
+def policy_module(stack: Stack) -> list[Path]:
+    """The file of a policy that is given as MODULE:CLASS; none: it is another one."""
+    module, colon, _ = stack.navigator.rpartition(":")
+    if not colon or module.endswith(".py"):
+        return []
+    with contextlib.suppress(ImportError, ValueError):
+        found = importlib.util.find_spec(module)
+        if found is not None and found.has_location and found.origin is not None:
+            return [Path(found.origin)]
+    return []
 
 
 def localizer_names() -> tuple[str, ...]:

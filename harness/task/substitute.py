@@ -14,6 +14,7 @@ from navstack.params.nav2_file.findings import names_of
 from navstack.params.nav2_file.ros_yaml import Value
 
 CONTROLLERS = "controller_server"  # the node of those that drive
+CRITICS = "critics"  # of a controller's section: names that only its own type knows
 DONORS = ("stock.yaml", "tuned.yaml")  # of params/nav2, asked before the others
 
 
@@ -93,10 +94,11 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
             continue
         if refusal := _refusal(nav2, node, name, kind):
             raise InputError(f"--substitute '{name}={kind}' cannot be done: {refusal}")
+        is_other = plugin_type(own[f"{name}.plugin"].value) != kind
         changes |= {
             f"{node}.{key}": value
             for key, value in _donated(node, name, kind).items()
-            if key not in own
+            if key not in own or (is_other and key == f"{name}.{CRITICS}")
         }
         changes[f"{node}.{name}.plugin"] = kind
     return changes

@@ -29,7 +29,7 @@ def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> l
         found.append(
             f"no trial is dropped early: {declaration.episodes} --episodes cannot be halved into "
             "parts of 5 or more; "
-            "give 32, 64 or the like"
+            "give 40, 80 or the like"
         )
     return found
 

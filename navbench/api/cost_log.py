@@ -124,7 +124,8 @@ def cost_log(
     paid_by = load_prices(prices)
     scene = load_scene(map)
     if nav2 is not None:
-        load_nav2(nav2)  # refused before the log is read, which takes longer
+        # refused before the log is read, which takes longer
+        load_nav2(nav2, allow_unknown=True)
     log = read_log(request, lambda text: say(f"note: {text}"))
     if doubt := doubt_of_map(log, scene):
         say(f"note: {doubt}")

@@ -49,4 +49,6 @@ def _is_too_large(path: Path) -> bool:
         width, height = image_size(metadata.image)
     except MapError:
         return False
-    return metadata.crop is None and MAX_PIXELS < width * height <= MAX_WHOLE
+    if metadata.crop is not None:
+        width, height = metadata.crop.width, metadata.crop.height
+    return MAX_PIXELS < width * height <= MAX_WHOLE

@@ -9,6 +9,7 @@ from typing import Any
 
 from harness.ros2.install import require_ros2
 from harness.storage.shipped import resolve, shipped
+from harness.study.compile_ahead import compile_ahead
 from harness.study.places import Where
 from harness.task.ros2_params import Ros2Params
 from harness.task.stack import ROS2, load_stack
@@ -24,6 +25,7 @@ from navstack.types import Pose2D
 
 MAP_LIMIT = 60.0  # [s] of wall time for a map to come
 SERVED = "ros2"  # of params/stacks
+BRAIN = "nav2-gps-ekf"  # of params/stacks: any one that has a Nav2 file
 
 
 def serve(
@@ -105,7 +107,8 @@ def drive_robot(
     from harness.ros2.drive import DriveNode
     from harness.ros2.map import receive_map
 
-    nav2 = load_nav2(resolve(params, shipped("params") / "nav2", "Nav2"), allow_unknown=True)
+    file = str(resolve(params, shipped("params") / "nav2", "Nav2"))
+    nav2 = load_nav2(Path(file), allow_unknown=True)
     deadline = float("inf")
     if seconds is not None:
         deadline = time.monotonic() + seconds
@@ -114,6 +117,7 @@ def drive_robot(
         grid = align(receive_map(min(MAP_LIMIT, deadline - time.monotonic())))
     else:
         grid = align(load_map(map_file))
+    compile_ahead([dataclasses.replace(load_stack(BRAIN), nav2_file=file, localizer=localizer)])
     navigator = build_navigator(nav2, build_localizer(localizer, nav2, grid), grid, None)
     settings = Ros2Params()
     if datum is not None:

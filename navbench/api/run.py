@@ -163,7 +163,13 @@ def make_world(
     """
     forget()  # files may have changed since another delivery
     study = make_study(
-        stacks=[stack], episodes=1, seed=seed, map_name=map, world=world, workers=1, **options
+        stacks=[stack],
+        episodes=1,
+        seed=seed,
+        map_name=drivable(map),
+        world=world,
+        workers=1,
+        **options,
     )
     task = dataclasses.replace(study.template, episode=episode)
     return RunningDelivery(task, world=Parts(task).new_world())

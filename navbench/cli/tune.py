@@ -73,7 +73,7 @@ SHOWN = (  # in the help
     "--episodes",
     type=int,
     show_default="32, fewer for a short --budget",
-    help="Training missions, the same for every trial; racing likes 32, 64 and the like.",
+    help="Training missions, the same for every trial; racing likes 40, 80 and the like.",
 )
 @click.option(
     "--test-episodes",

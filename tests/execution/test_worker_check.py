@@ -181,6 +181,11 @@ def as_new(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
     begin()
 
 
+def test_facts_of_nav2_are_part_of_the_program() -> None:
+    names = {path.name for path in worker_check._code()}
+    assert {"jazzy.json", "humble.json", "catalog.toml", "stack.py"} <= names
+
+
 def test_code_that_changes_on_disk_asks_for_a_restart(
     as_new: Callable[[], None],
     worker: SimpleNamespace,

@@ -42,6 +42,7 @@ class Eager:
         self.seen: list[Observation] = []
         self.began: list[tuple[Pose2D, Belief]] = []
         self.error: NavstackError | None = None
+        self.thinks = 0.0  # [s] of the next cycle
 
     def reset(self, goal: Pose2D, belief: Any, generators: Any) -> None:
         self.goal = goal
@@ -50,6 +51,8 @@ class Eager:
 
     def tick(self, observation: Observation) -> Twist2D:
         self.seen.append(observation)
+        time.sleep(self.thinks)
+        self.thinks = 0.0
         if self.error is not None:
             raise self.error
         return Twist2D(0.5)
@@ -204,6 +207,38 @@ def test_it_stands_when_the_brain_fails_and_takes_the_next_goal(
     assert rig.stands_after(began) < WITHIN
     rig.brain.error = None
     rig.set_off()
+
+
+@pytest.mark.parametrize("is_simulated", [False, True])
+def test_a_command_that_took_too_long_is_not_sent_and_the_goal_is_kept(
+    make_rig: Callable[[bool], Rig], is_simulated: bool
+) -> None:
+    rig = make_rig(is_simulated)
+    goals, before = len(rig.brain.began), len(rig.commands)
+    rig.brain.thinks = 1.3
+    while not any("a cycle took 1.3" in line for line in rig.told):
+        time.sleep(0.05)
+    time.sleep(0.5)
+    stood = [speed for _, speed in rig.commands[before:]].index(0.0)
+    silent = rig.commands[before + stood][0] - rig.commands[before + stood - 1][0]
+    assert silent > 1.2, "the first command after the long cycle is to stand"
+    assert rig.commands[-1][1] != 0.0, "it drives on"
+    assert len(rig.brain.began) == goals
+    assert not any("clock jumped" in line for line in rig.told)
+
+
+def test_fixes_from_elsewhere_are_told_once() -> None:
+    drive.join()
+    told: list[str] = []
+    node = drive.DriveNode(Eager(), Ros2Params(), Pose2D(), 50.0, 0, told.append)
+    fix = sound(NavSatFix)
+    fix.status.status = 0
+    for fix.latitude, fix.longitude in ((47.37, 8.54), (47.38, 8.54), (34.05, -118.25)):
+        node._take_fix(fix)
+    assert node.refused == 2
+    (line,) = told
+    assert "fixes are refused: (47.37, 8.54)" in line and "--datum LATITUDE LONGITUDE" in line
+    node.spin(0.0)
 
 
 def test_the_last_command_is_to_stand(make_rig: Callable[[bool], Rig]) -> None:

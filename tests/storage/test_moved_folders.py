@@ -117,6 +117,7 @@ def test_what_is_finished_is_kept_and_what_others_put_there_stays(
 
     monkeypatch.setattr(run_folder, "write_table", write_table)
     with pytest.raises(InputError) as stopped, RunFolder(path, TABLES, count) as folder:
+        folder.add_recording("first", {"x": [2.0]})
         for key in ORDER[: count - 1]:
             folder.add(record(*key))
         now("recording")
@@ -130,8 +131,13 @@ def test_what_is_finished_is_kept_and_what_others_put_there_stays(
         now("end")
     line = str(stopped.value)
     assert f"run folder '{path}' was removed, moved or replaced" in line and "\n" not in line
-    assert f"its {count} finished deliveries are kept" in line
     (kept,) = map(Path, re.findall(r"--resume (\S+)$", line))
+    is_gone = not (kept / "recordings" / "first.npz").exists()
+    ways = (removed, emptied, without_parents, begun_anew, driven_anew, a_file)
+    assert is_gone == (way in ways)
+    gone = 3 - len(list((kept / "recordings").glob("*")))
+    without = f", but {gone} files of their recordings went with it" if gone else ""
+    assert f"its {count} finished deliveries are kept{without}; go on" in line
     assert kept != path and kept.parent == path.parent
     with RunFolder(kept, TABLES, count) as again:
         assert again.is_closed and not again.notes, "its tables and its journal are whole"

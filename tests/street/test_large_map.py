@@ -136,6 +136,10 @@ def test_a_large_map_is_driven_on_in_tiles_that_the_cache_keeps(
     graph.unlink()  # as a program that was killed leaves it
     assert drivable(str(file)) == str(district) and graph.is_file()
     assert drivable("sidewalk") == "sidewalk"
+    whole = file.read_text(encoding="utf-8")
+    for side, is_cut in ((100, False), (300, True)):
+        file.write_text(f"{whole}crop: [0, 0, {side}, {side}]\n", encoding="utf-8")
+        assert is_district(drivable(str(file))) is is_cut
     assert drivable(str(next(district.glob("*.yaml")))).endswith(".yaml"), "a tile is small enough"
 
 

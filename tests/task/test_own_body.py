@@ -27,6 +27,13 @@ DWB = "dwb_core::DWBLocalPlanner"
 SLOW = "max_vel_x: 0.22, max_speed_xy: 0.22, acc_lim_x: 2.5, max_vel_theta: 1.0"
 SEGWAY = 'footprint: "[[0.14, 0.25], [0.14, -0.25], [-0.607, -0.25], [-0.607, 0.25]]"'
 HUSKY = 'footprint: "[[0.5, 0.33], [0.5, -0.33], [-0.5, -0.33], [-0.5, 0.33]]"'
+OCTAGON = (
+    'footprint: "[[0.3, 0.12], [0.12, 0.3], [-0.12, 0.3], [-0.3, 0.12], '
+    '[-0.3, -0.12], [-0.12, -0.3], [0.12, -0.3], [0.3, -0.12]]"'
+)
+# a corner of 0.5 m x 0.25 m cut where 0.9 of each leave it
+CUT_CORNERS = 'footprint: "[[0.5, 0.2], [0.4, 0.25], [-0.5, 0.25], [-0.5, -0.25], [0.5, -0.25]]"'
+ON_A_LINE = 'footprint: "[[0.3, 0.2], [0.0, 0.0], [-0.3, -0.2]]"'
 FROM_THE_REAR = 'footprint: "[[0.6, 0.2], [0.6, -0.2], [-0.1, -0.2], [-0.1, 0.2]]"'
 
 
@@ -50,9 +57,12 @@ def body(stack) -> RobotParams:
         ("robot_radius: 0.1", (0.1 / math.sqrt(2.0),) * 2, 2.0, "a radius of 0.10 m"),
         ("robot_radius: 0.189", (0.189 / math.sqrt(2.0),) * 2, 7.1, "a radius of 0.19 m"),
         (HUSKY, (0.5, 0.33), 66.0, "1.00 m x 0.66 m"),
-        (FROM_THE_REAR, (0.35, 0.2), 28.0, "0.70 m x 0.40 m"),
+        (FROM_THE_REAR, (0.35, 0.2), 28.0, "0.70 m x 0.40 m,"),
+        (OCTAGON, (0.21,) * 2, 17.6, "0.42 m x 0.42 m, a box within its outline,"),
+        (CUT_CORNERS, (0.45, 0.225), 40.5, "0.90 m x 0.45 m, a box within its outline,"),
+        (ON_A_LINE, (0.3, 0.2), 24.0, "0.60 m x 0.40 m,"),
     ],
-    ids=["burger", "turtlebot4", "husky", "base at the rear"],
+    ids=["burger", "turtlebot4", "husky", "base at the rear", "octagon", "cut corners", "line"],
 )
 def test_the_robot_has_the_files_outline(file, shape, half, mass, said):
     stack = load_stack(file(shape))

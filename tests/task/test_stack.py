@@ -12,7 +12,7 @@ import pytest
 from harness.storage.new_run import create_run
 from harness.storage.shipped import shipped
 from harness.study.manifest import about, load_study, parameters
-from harness.task.stack import Stack, load_stack
+from harness.task.stack import Stack, load_stack, policy_module
 from harness.task.study import make_study
 from navstack.errors import InputError
 from navstack.params.strict import dump_dataclass
@@ -59,6 +59,30 @@ def test_files_are_found_beside_the_stacks_own(mine: Path, place: str) -> None:
     expected = [str((mine / place / f"{kind}.yaml").resolve()) for kind, _ in FILES.values()]
     assert files_of(load_stack(str(file))) == expected
     assert files_of(load_stack(os.path.relpath(file))) == expected
+
+
+def test_a_comment_makes_no_nav2_file_of_a_stack(tmp_path: Path) -> None:
+    text = (shipped("params") / "stacks" / "nav2-gps-ekf.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"# ros__parameters are those of gps_ekf\n{text}", encoding="utf-8")
+    assert load_stack(str(file)).nav2_file == load_stack("nav2-gps-ekf").nav2_file
+    nav2 = (shipped("params") / "nav2" / "starter.yaml").read_text(encoding="utf-8")
+    file.write_text(nav2.replace("ros__parameters:", '"ros__parameters":  # here', 1))
+    assert load_stack(str(file)).nav2_file == str(file)
+
+
+@pytest.mark.parametrize(
+    ("navigator", "found"),
+    [("my_policy:Along", True), ("no_such_one:Along", False), ("nav2", False)],
+)
+def test_a_policy_of_a_module_has_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, navigator: str, found: bool
+) -> None:
+    file = tmp_path / "my_policy.py"
+    file.touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    stack = dataclasses.replace(SHIPPED, navigator=navigator)
+    assert policy_module(stack) == ([file] if found else [])
 
 
 def test_names_are_those_of_the_program(mine: Path) -> None:

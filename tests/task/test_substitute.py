@@ -41,6 +41,19 @@ def test_a_substitute_keeps_what_the_file_says_and_takes_the_rest_from_a_shipped
     assert study.stacks[0].name == "foreign"
 
 
+@pytest.mark.parametrize(
+    ("file", "kind"), [("mppi.yaml", DWB), ("stock.yaml", "nav2_mppi_controller::MPPIController")]
+)
+def test_critics_of_another_controller_make_room_for_the_new_ones(tmp_path, file, kind):
+    path = tmp_path / "mine.yaml"
+    path.write_text((shipped("params") / "nav2" / file).read_text(encoding="utf-8"))
+    study = make_study(stacks=[str(path)], episodes=1, substitutes=[f"FollowPath={kind}"])
+    controller = read_controller(load_nav2(Path(study.stacks[0].nav2_file), True))
+    assert controller.type == kind
+    before = read_controller(load_nav2(path)).params.critics
+    assert controller.params.critics and set(controller.params.critics).isdisjoint(before)
+
+
 def test_several_plugins_may_be_put_in(foreign):
     given = [f"FollowPath={DWB}", "GridBased=navstack::IncrementalNavfn"]
     study = make_study(stacks=[str(foreign)], episodes=1, substitutes=given)
