@@ -153,7 +153,7 @@ def __getattr__(name: str) -> Any:
     if _WHERE[name].startswith("navbench.api"):
         importlib.import_module("harness.execution.arithmetic").warn_of_other_arithmetic()
     if isinstance(found, FunctionType):
-        return checked(found)
+        found = globals()[name] = checked(found)  # once, so that pickle finds the same
     return found
 
 

@@ -3,22 +3,25 @@
 import contextlib
 import functools
 import inspect
+import operator
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from navstack.errors import InputError, did_you_mean
 
+MOST_SHOWN = 80  # characters of a value that is refused
+SET_BY_ALL = ("stacks", "map_name", "workers")  # of make_study, by whoever hands options on
 _LISTS = (Sequence, Collection, Iterable, list, tuple)
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function, which takes a path for a text, a text for a path, and one for a list of one.
 
-    What it cannot take is refused in one line, with an InputError.
+    What it cannot take is refused in one line, with an InputError. ``navbench`` has it by its name.
     """
 
     @functools.wraps(function)
@@ -27,13 +30,17 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
             bound = inspect.signature(function).bind(*given, **named)
         except TypeError as error:
             raise InputError(f"{function.__name__}: {error}{_near(function, named)}") from None
-        hints = _hints(function)
+        hints = get_type_hints(function)
+        rest = _rest_of(function)
         for name, value in bound.arguments.items():
-            if name in hints:
+            if name != rest:
                 bound.arguments[name] = _taken(name, value, hints[name])
-        _check_options(function, bound)
+        options = bound.arguments.get(rest, {})
+        if options:
+            bound.arguments[rest] = _options(function, options, hints[rest])
         return function(*bound.args, **bound.kwargs)
 
+    call.__module__ = "navbench"  # where pickle finds it
     return call
 
 
@@ -44,35 +51,32 @@ def _near(function: Callable[..., Any], named: Iterable[str]) -> str:
     return did_you_mean(unknown[0], known) if unknown else ""
 
 
-def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    hints = get_type_hints(function, include_extras=False)
-    variable = inspect.Parameter.VAR_KEYWORD
+def _rest_of(function: Callable[..., Any]) -> str:
+    """The name of the parameter that takes all options that have none; empty: there is none."""
     for name, parameter in inspect.signature(function).parameters.items():
-        if parameter.kind is variable:
-            hints.pop(name, None)
-    return hints
+        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
+            return name
+    return ""
 
 
-def _check_options(function: Callable[..., Any], bound: inspect.BoundArguments) -> None:
-    """Check the options that a function hands on to :func:`harness.task.study.make_study`."""
-    (rest,) = [
-        name
-        for name, parameter in bound.signature.parameters.items()
-        if parameter.kind is inspect.Parameter.VAR_KEYWORD
-    ] or [""]
-    options = bound.arguments.get(rest)
-    if not options:
-        return
+def _options(function: Callable[..., Any], options: dict[str, Any], hint: Any) -> dict[str, Any]:
+    """The options that a function hands on: of any kind to ``make_study``, which says which."""
+    if hint is not Any:
+        return {name: _taken(name, value, hint) for name, value in options.items()}
     from harness.task.study import make_study
 
-    hints = {**_hints(make_study), "map": str}
+    hints = {**get_type_hints(make_study), "map": str}
+    for name in SET_BY_ALL:
+        del hints[name]
+    taken = {}
     for name, value in options.items():
         if name not in hints:
-            known = [*bound.signature.parameters, *hints]
+            known = [*inspect.signature(function).parameters, *hints]
             raise InputError(
                 f"{function.__name__} has no option '{name}'{did_you_mean(name, known)}"
             )
-        options[name] = _taken(name, value, hints[name])
+        taken[name] = _taken(name, value, hints[name])
+    return taken
 
 
 def _taken(name: str, value: Any, hint: Any) -> Any:
@@ -84,8 +88,9 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
     try:
         return _as_any(hint, value)
     except TypeError:
-        names = " or ".join(_name(kind) for kind in _kinds(hint) if kind is not NoneType)
-        raise InputError(f"{name}={value!r} is of another kind; give {names}") from None
+        names = " or ".join(_name(kind) for kind in _kinds(hint))
+        given = " ".join(repr(value).split())[:MOST_SHOWN]
+        raise InputError(f"{name}={given} is of another kind; give {names}") from None
 
 
 def _kinds(hint: Any) -> tuple[Any, ...]:
@@ -99,7 +104,7 @@ def _as_any(hint: Any, value: Any) -> Any:
         TypeError: it can be none.
     """
     kinds = _kinds(hint)
-    if value is None or Any in kinds:
+    if Any in kinds:
         return value
     for kind in kinds:
         with contextlib.suppress(TypeError):
@@ -110,7 +115,15 @@ def _as_any(hint: Any, value: Any) -> Any:
 def _name(kind: Any) -> str:
     if get_origin(kind) in _LISTS:
         return f"a list of {_name(get_args(kind)[0])}"
-    known = {str: "a text", int: "a whole number", float: "a number", bool: "True or False"}
+    known = {
+        str: "a text",
+        int: "a whole number",
+        float: "a number",
+        bool: "True or False",
+        NoneType: "None",
+    }
+    if get_origin(kind) is Literal:
+        return " or ".join(map(repr, get_args(kind)))
     return known.get(kind) or f"a {getattr(kind, '__name__', kind)}"
 
 
@@ -130,7 +143,13 @@ def _as(kind: Any, value: Any) -> Any:
         return os.fspath(value)
     if kind in (int, float):
         return _as_number(kind, value)
-    if isinstance(kind, type) and get_origin(kind) is None and not isinstance(value, kind):
+    if kind is bool and getattr(value, "dtype", None) == "bool":
+        return bool(value)
+    if get_origin(kind) is Literal:
+        is_right = value in get_args(kind)
+    else:
+        is_right = isinstance(value, get_origin(kind) or kind)
+    if not is_right:
         raise TypeError
     return value
 
@@ -149,7 +168,10 @@ def _as_list(elements: tuple[Any, ...], value: Any) -> Any:
 
 
 def _as_number(kind: type, value: Any) -> Any:
-    is_number = isinstance(value, Real) and not isinstance(value, bool)
-    if not is_number or (kind is int and not isinstance(value, Integral) and value % 1):
+    if isinstance(value, bool):
         raise TypeError
-    return int(value) if kind is int else value
+    with contextlib.suppress(TypeError):
+        return operator.index(value)
+    if not isinstance(value, Real) or (kind is int and value % 1):
+        raise TypeError
+    return kind(value)

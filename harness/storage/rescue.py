@@ -5,11 +5,11 @@ import itertools
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from harness.storage.files import is_same_file
+from harness.storage.files import is_same_file, replacing
 from harness.storage.texts import quoted
 from navstack.errors import InputError
 
@@ -38,17 +38,13 @@ def contents(folder: Path, patterns: tuple[str, ...]) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
-def rescued(
-    path: Path, texts: Mapping[str, bytes], journal: IO[bytes], recordings: Path | None = None
-) -> Path:
+def rescued(path: Path, texts: Mapping[str, bytes], journal: IO[bytes]) -> Path:
     """A new run folder beside the place of the old one, or where that cannot be, a temporary one.
 
     Args:
         path: where the old one was.
         texts: contents of the files that it began with.
         journal: its journal, which may have no name any more.
-        recordings: folder of its recordings, of which those are copied that are still there; None:
-            it has none.
 
     Raises:
         OSError: it cannot be written.
@@ -61,9 +57,17 @@ def rescued(
     journal.seek(0)
     with (folder / Path(journal.name).name).open("wb") as copy:
         shutil.copyfileobj(journal, copy)
-    if recordings is not None and recordings.is_dir():
-        shutil.copytree(recordings, folder / recordings.name, dirs_exist_ok=True)
     return folder
+
+
+def copy_files(old: Path, new: Path, names: Iterable[str]) -> None:
+    """Copy those files of a folder that are still there into another one, as far as it can be."""
+    with contextlib.suppress(OSError):
+        new.mkdir(exist_ok=True)
+    for name in names:
+        if (old / name).is_file() and not (old / name).is_symlink():
+            with contextlib.suppress(OSError), replacing(new / name) as copy:
+                copy.write((old / name).read_bytes())
 
 
 def lost_folder(path: Path, folder: Path, count: int, gone: int = 0) -> InputError:

@@ -29,7 +29,14 @@ from harness.storage.journal import (
     records_of,
 )
 from harness.storage.new_run import point_latest
-from harness.storage.rescue import contents, is_in_place, lost_folder, opened_folder, rescued
+from harness.storage.rescue import (
+    contents,
+    copy_files,
+    is_in_place,
+    lost_folder,
+    opened_folder,
+    rescued,
+)
 from harness.storage.rows import Columns, Row, Rows
 from harness.storage.tables import read_rows, write_table
 from harness.storage.texts import quoted
@@ -224,12 +231,14 @@ class RunFolder:
             return
         self._lost = self.path
         with self._writing():
-            self.path = rescued(self.path, self._texts, self._journal, self._inside / RECORDED)
+            self.path = rescued(self.path, self._texts, self._journal)
             self._lock = self._open.enter_context(locked(self.path))
-            self._inside = self._open.enter_context(opened_folder(self.path))
+            before, self._inside = self._inside, self._open.enter_context(opened_folder(self.path))
             self._journal.close()
             journal = open(self.path / JOURNAL, "ab+", opener=no_links)
             self._journal = self._open.enter_context(journal)
+            if before != self._lost:  # else, on a system without such paths, it is another folder
+                copy_files(before / RECORDED, self._inside / RECORDED, sorted(self._recorded))
 
     def _tell(self) -> None:
         """Stop, once, where the run could not stay in its folder."""
@@ -292,7 +301,7 @@ class RunFolder:
         try:
             yield
         except OSError as error:
-            told = f"run folder '{self.path}' cannot be written ({error.strerror})"
+            told = f"run folder '{self.path}' cannot be written ({error.strerror or error})"
             if not self.rows:
                 raise InputError(f"{told}; make room or choose another") from None
             kept = f"{len(self.rows)} finished deliveries are kept in {self.path / JOURNAL}"

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from ruamel.yaml import YAML
+from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from harness.task.made_files import made_file
@@ -121,20 +122,27 @@ def _limits(subject: Subject) -> Limits:
 def _box(outline: FloatArray) -> FloatArray:
     """Lower and upper corner (2, 2) of the body in [m], base frame.
 
-    The box about the outline, smaller about its middle where its corners would stick out of the
-    outline's convex hull: so the body touches nothing that its costmap shows free. A round robot is
-    the square within its circle.
+    The largest box of the proportions of the one about the outline that its convex hull has room
+    for: so the body touches nothing that its costmap shows free. A round robot is the square within
+    its circle.
     """
     box = _corners(outline)
-    middle = box.mean(axis=0)
+    half = 0.5 * (box[1] - box[0])
     try:
         sides = ConvexHull(outline).equations  # outward normals, and minus the distance of each
     except QhullError:  # all vertices on a line
         return box
-    room = -(sides[:, :2] @ middle + sides[:, 2])
-    reach = np.abs(sides[:, :2]) @ (box[1] - middle)  # of the box's farthest corner
-    share = min(1.0, float((room / reach).min()))
-    smaller: FloatArray = np.round(middle + share * (box - middle), 6)
+    normals, room = sides[:, :2], -sides[:, 2]
+    # its middle and its share of the size, so that its farthest corner lies within each side
+    reach = np.abs(normals) @ half
+    found = linprog(
+        c=(0.0, 0.0, -1.0),
+        A_ub=np.column_stack((normals, reach)),
+        b_ub=room,
+        bounds=((None, None), (None, None), (0.0, 1.0)),
+    )
+    middle, share = found.x[:2], found.x[2]
+    smaller: FloatArray = np.round((middle - share * half, middle + share * half), 6)
     return smaller
 
 

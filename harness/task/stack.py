@@ -1,9 +1,9 @@
 """What drives: a Nav2 file, a localizer, sensors and a robot, under one name."""
 
-import contextlib
 import dataclasses
 import importlib.util
 import os
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +29,7 @@ GEOMETRY, MESH, NO_MAP = PLANNING_MAPS = ("geometry", "navigation_mesh", "none")
 LOCALIZATION_MAPS = (GEOMETRY, MESH, "outlined_mesh")
 # or a policy, as MODULE:CLASS or FILE.py:CLASS; ros2: nodes of another program
 NAV2, PARKED, ROS2 = NAVIGATORS = ("nav2", "parked", "ros2")
+_COMMENT = re.compile(r"(?:^|\s)#")  # where one begins in a line of YAML
 WHEN_LOST = ("drive", "stop")  # what a robot does whose localizer is lost
 SENSORS = {"scan": "lidar", "fix": "gps"}  # those that have a price, by the input that they give
 # [s] of an injected error: the least of GNSS multipath (Joerger and Pervan 2020: 10 to 900 s)
@@ -160,7 +161,7 @@ def load_stack(
 
 def _has_nodes(text: str) -> bool:
     """Whether a file has parameters of nodes outside its comments, as every Nav2 file has."""
-    return any(PARAMETERS in line.partition("#")[0] for line in text.splitlines())
+    return any(PARAMETERS in _COMMENT.split(line)[0] for line in text.splitlines())
 
 
 def _stack_of(path: Path) -> Stack:
@@ -220,11 +221,16 @@ def policy_module(stack: Stack) -> list[Path]:
     module, colon, _ = stack.navigator.rpartition(":")
     if not colon or module.endswith(".py"):
         return []
-    with contextlib.suppress(ImportError, ValueError):
-        found = importlib.util.find_spec(module)
-        if found is not None and found.has_location and found.origin is not None:
-            return [Path(found.origin)]
-    return []
+    package, *names = module.split(".")
+    found = importlib.util.find_spec(package) if package else None  # nothing of it is run
+    if found is None or not found.has_location or found.origin is None:
+        return []
+    place = Path(found.origin)
+    if names:
+        place = place.parent.joinpath(*names).with_suffix(".py")
+    if not place.is_file():
+        place = place.with_suffix("") / "__init__.py"
+    return [place] if place.is_file() else []
 
 
 def localizer_names() -> tuple[str, ...]:

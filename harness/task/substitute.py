@@ -10,11 +10,13 @@ from harness.task.stack import Stack, absolute_files
 from navstack.errors import InputError, did_you_mean
 from navstack.params.nav2_file.catalog import LEFT_OUT, node_block, plugin_type
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
-from navstack.params.nav2_file.findings import names_of
+from navstack.params.nav2_file.findings import names_in, names_of
 from navstack.params.nav2_file.ros_yaml import Value
+from navstack.params.registry.nodes import FAMILIES
 
 CONTROLLERS = "controller_server"  # the node of those that drive
-CRITICS = "critics"  # of a controller's section: names that only its own type knows
+CRITICS = "critics"  # of a controller's section: names that only its kind knows
+CRITICS_OF = {family: FAMILIES[family] for family in ("dwb_critics", "mppi_critics")}
 DONORS = ("stock.yaml", "tuned.yaml")  # of params/nav2, asked before the others
 
 
@@ -94,14 +96,26 @@ def _changes(nav2: Nav2File, name: str, kind: str) -> dict[str, Value]:
             continue
         if refusal := _refusal(nav2, node, name, kind):
             raise InputError(f"--substitute '{name}={kind}' cannot be done: {refusal}")
-        is_other = plugin_type(own[f"{name}.plugin"].value) != kind
-        changes |= {
-            f"{node}.{key}": value
-            for key, value in _donated(node, name, kind).items()
-            if key not in own or (is_other and key == f"{name}.{CRITICS}")
-        }
+        for key, value in _donated(node, name, kind).items():
+            is_list = key == f"{name}.{CRITICS}"
+            if key not in own or (is_list and _are_others(own[key].value, value)):
+                changes[f"{node}.{key}"] = value
         changes[f"{node}.{name}.plugin"] = kind
     return changes
+
+
+def _are_others(critics: Value, new: Value) -> bool:
+    """Whether critics are those of another kind of controller than the new ones."""
+    own = _family_of(critics)
+    return own != "" and own != _family_of(new)
+
+
+def _family_of(critics: Value) -> str:
+    """Whose critics most of some are; empty: nobody's here."""
+    names = names_in(critics)
+    counts = {family: sum(map(known.__contains__, names)) for family, known in CRITICS_OF.items()}
+    most = max(counts, key=lambda family: counts[family])
+    return most if counts[most] else ""
 
 
 def _without(nav2: Nav2File, node: str, name: str) -> dict[str, Value]:

@@ -62,12 +62,12 @@ def cost_kernel(
     Raises:
         ParameterError: the radius has more than ``MOST_RADIUS`` cells.
     """
-    if params.inflation_radius > MOST_RADIUS * resolution:
+    radius = cell_distance(params.inflation_radius, resolution)
+    if radius > MOST_RADIUS + 1:  # one that rounding adds
         raise ParameterError(
             f"inflation_radius {params.inflation_radius:g} m: at {resolution:g} m/cell at most "
             f"{MOST_RADIUS * resolution:g} m are allowed"
         )
-    radius = cell_distance(params.inflation_radius, resolution)
     side = 2 * radius + 1
     costs = np.zeros((side, side), dtype=np.uint8)
     for dy in range(-radius, radius + 1):

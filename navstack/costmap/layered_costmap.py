@@ -96,6 +96,7 @@ class LayeredCostmap:
             static = None
         # a static layer that is disabled gives the size, too (``static_layer.cpp``, ``processMap``)
         self._window = make_window(params, static, [mask.grid for mask in masks.values()])
+        self._is_of_map = static is not None and not params.rolling_window
         if not _has_static_layer(params):
             static = None
         self._layers = join_layers(params, masks, self._window)
@@ -247,8 +248,8 @@ class LayeredCostmap:
 
     def _inflation(self, params: InflationLayerParams) -> Inflation:
         resolution = self._window.resolution
-        if self._map is not None and not self.params.rolling_window:
-            # of the map's message (nav_msgs/MapMetaData), which has it in single precision
+        if self._is_of_map:
+            # that of the map's message (nav_msgs/MapMetaData), in single precision
             resolution = float(np.float32(resolution))
         return Inflation(params, resolution, self.inscribed_radius)
 

@@ -52,16 +52,14 @@ def goal_occupied(goal: Pose2D, costmap: Costmap) -> GoalOccupiedError:
     return GoalOccupiedError(occupied("goal", goal, costmap))
 
 
-def no_path(
-    start: Pose2D, goal: Pose2D, tolerance: float | None = None, or_else: str = ""
-) -> NoPathFoundError:
+def no_path(start: Pose2D, goal: Pose2D, tolerance: float | None = None) -> NoPathFoundError:
     """The error that nothing connects start and goal, nor places within ``tolerance`` [m]."""
     near = ""
     if tolerance is not None:
         near = f"within {tolerance:g} m of "
     return NoPathFoundError(
         f"no path from ({start.x:g}, {start.y:g}) m to {near}({goal.x:g}, {goal.y:g}) m; "
-        f"check whether obstacles or their inflation close the way{or_else}"
+        f"check whether obstacles or their inflation close the way"
     )
 
 

@@ -277,14 +277,20 @@ def test_of_a_map_that_moves_the_highest_number_counts() -> None:
 
 
 @pytest.mark.parametrize(("rolling", "reach"), [(False, 26), (True, 25)])
-def test_the_resolution_of_a_map_is_in_single_precision(rolling: bool, reach: int) -> None:
+@pytest.mark.parametrize("enabled", [True, False])
+def test_the_resolution_of_a_map_is_in_single_precision(
+    rolling: bool, reach: int, enabled: bool
+) -> None:
     """0.5 m are 25 cells of 0.02 m, but 26 of its nearest number in single precision."""
     layers = {
-        "static_layer": StaticLayerParams(),
+        "static_layer": StaticLayerParams(enabled),
+        "obstacle_layer": ObstacleLayerParams(
+            observation_sources=("scan",), sources={"scan": SOURCE}
+        ),
         "inflation_layer": InflationLayerParams(inflation_radius=0.5, cost_scaling_factor=3.0),
     }
     params = CostmapParams(
-        plugins=("static_layer", "inflation_layer"),
+        plugins=("static_layer", "obstacle_layer", "inflation_layer"),
         layers=layers,
         rolling_window=rolling,
         resolution=0.02,
@@ -295,9 +301,11 @@ def test_the_resolution_of_a_map_is_in_single_precision(rolling: bool, reach: in
     data = np.zeros((151, 151), dtype=np.int8)
     data[75, 75] = 100
     costmap = LayeredCostmap(params, OccupancyGrid(data, 0.02, Pose2D(-1.51, -1.51, 0.0)))
-    costmap.update(Pose2D(), None, 0.0)
-    row = costmap.master.data[costmap.master.data.any(axis=1)]
-    assert len(row) == 2 * reach + 1
+    scan = None
+    if not enabled:
+        scan = LaserScan(0.0, np.array([1.2]), 0.0, 1.0, 0.1, 9.0)
+    costmap.update(Pose2D(), scan, 0.0)
+    assert costmap.master.data.any(axis=1).sum() == 2 * reach + 1
 
 
 def test_a_static_layer_that_is_disabled_gives_the_size_and_no_costs() -> None:

@@ -149,6 +149,23 @@ def test_what_is_finished_is_kept_and_what_others_put_there_stays(
         assert changed_files(path, is_finished=True) == []
 
 
+def test_what_cannot_be_copied_of_the_recordings_stops_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "run"
+    create_run(path, {"command": ["x"]}, {})
+    (path / "recordings").mkdir()
+    (path / "recordings" / "link.npz").symlink_to("gone")
+    with pytest.raises(InputError) as stopped, RunFolder(path, TABLES, 2) as folder:
+        folder.add_recording("one", {"x": [1.0]})
+        folder.add(record(0, 0))
+        renamed(path)
+        folder.add(record(0, 1))
+    line = str(stopped.value)
+    assert "its 2 finished deliveries are kept, but 1 files of their recordings went" in line
+    kept = tmp_path / "run-rescued-1"
+    assert [file.name for file in (kept / "recordings").iterdir()] == ["one.npz"]
+    assert line.endswith(f"--resume {kept}")
+
+
 def test_a_name_that_leads_elsewhere_before_the_end_moves_nothing(tmp_path: Path) -> None:
     for name in ("one", "two"):
         create_run(tmp_path / name, {"command": ["x"]}, {})

@@ -31,8 +31,10 @@ OCTAGON = (
     'footprint: "[[0.3, 0.12], [0.12, 0.3], [-0.12, 0.3], [-0.3, 0.12], '
     '[-0.3, -0.12], [-0.12, -0.3], [0.12, -0.3], [0.3, -0.12]]"'
 )
-# a corner of 0.5 m x 0.25 m cut where 0.9 of each leave it
+# its left front corner is cut: a box of 0.95 of its size fits behind and to the right
 CUT_CORNERS = 'footprint: "[[0.5, 0.2], [0.4, 0.25], [-0.5, 0.25], [-0.5, -0.25], [0.5, -0.25]]"'
+RIGHT_ANGLE = 'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2]]"'
+POINTED = 'footprint: "[[0.5, 0.0], [-0.5, 0.3], [-0.5, -0.3]]"'
 ON_A_LINE = 'footprint: "[[0.3, 0.2], [0.0, 0.0], [-0.3, -0.2]]"'
 FROM_THE_REAR = 'footprint: "[[0.6, 0.2], [0.6, -0.2], [-0.1, -0.2], [-0.1, 0.2]]"'
 
@@ -59,10 +61,22 @@ def body(stack) -> RobotParams:
         (HUSKY, (0.5, 0.33), 66.0, "1.00 m x 0.66 m"),
         (FROM_THE_REAR, (0.35, 0.2), 28.0, "0.70 m x 0.40 m,"),
         (OCTAGON, (0.21,) * 2, 17.6, "0.42 m x 0.42 m, a box within its outline,"),
-        (CUT_CORNERS, (0.45, 0.225), 40.5, "0.90 m x 0.45 m, a box within its outline,"),
+        (CUT_CORNERS, (0.475, 0.2375), 45.1, "0.95 m x 0.47 m, a box within its outline,"),
+        (RIGHT_ANGLE, (0.15, 0.1), 6.0, "0.30 m x 0.20 m, a box within its outline,"),
+        (POINTED, (0.25, 0.15), 15.0, "0.50 m x 0.30 m, a box within its outline,"),
         (ON_A_LINE, (0.3, 0.2), 24.0, "0.60 m x 0.40 m,"),
     ],
-    ids=["burger", "turtlebot4", "husky", "base at the rear", "octagon", "cut corners", "line"],
+    ids=[
+        "burger",
+        "turtlebot4",
+        "husky",
+        "base at the rear",
+        "octagon",
+        "cut corners",
+        "right angle",
+        "pointed",
+        "line",
+    ],
 )
 def test_the_robot_has_the_files_outline(file, shape, half, mass, said):
     stack = load_stack(file(shape))

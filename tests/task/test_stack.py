@@ -69,20 +69,36 @@ def test_a_comment_makes_no_nav2_file_of_a_stack(tmp_path: Path) -> None:
     nav2 = (shipped("params") / "nav2" / "starter.yaml").read_text(encoding="utf-8")
     file.write_text(nav2.replace("ros__parameters:", '"ros__parameters":  # here', 1))
     assert load_stack(str(file)).nav2_file == str(file)
+    file.write_text('{"node#1": {"ros__parameters": {"a": 1}}}')
+    with pytest.raises(InputError, match="no node of Nav2 in it"):
+        load_stack(str(file))
 
 
 @pytest.mark.parametrize(
     ("navigator", "found"),
-    [("my_policy:Along", True), ("no_such_one:Along", False), ("nav2", False)],
+    [
+        ("my_policy:Along", ["my_policy.py"]),
+        ("my_package.way:Along", ["my_package/way.py"]),
+        ("my_package.more:Along", ["my_package/more/__init__.py"]),
+        ("my_package:Along", ["my_package/__init__.py"]),
+        ("my_package.none:Along", []),
+        ("no_such_one:Along", []),
+        ("sys:Along", []),
+        (":Along", []),
+        ("nav2", []),
+    ],
 )
 def test_a_policy_of_a_module_has_a_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, navigator: str, found: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, navigator: str, found: list[str]
 ) -> None:
-    file = tmp_path / "my_policy.py"
-    file.touch()
+    """Which is found without running anything of the package."""
+    (tmp_path / "my_package" / "more").mkdir(parents=True)
+    for name in ("my_policy.py", "my_package/__init__.py", "my_package/more/__init__.py"):
+        (tmp_path / name).write_text("raise RuntimeError('no GPU')")
+    (tmp_path / "my_package" / "way.py").touch()
     monkeypatch.syspath_prepend(tmp_path)
     stack = dataclasses.replace(SHIPPED, navigator=navigator)
-    assert policy_module(stack) == ([file] if found else [])
+    assert policy_module(stack) == [tmp_path / name for name in found]
 
 
 def test_names_are_those_of_the_program(mine: Path) -> None:

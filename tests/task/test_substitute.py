@@ -54,6 +54,19 @@ def test_critics_of_another_controller_make_room_for_the_new_ones(tmp_path, file
     assert controller.params.critics and set(controller.params.critics).isdisjoint(before)
 
 
+@pytest.mark.parametrize("name", ["RotateToGoal BaseObstacle PathDist GoalDist", "mine::Own"])
+def test_critics_stay_where_the_new_controller_may_know_them(tmp_path, name):
+    """The starter file's shim has DWB inside; what another package's critic is nobody knows."""
+    text = (shipped("params") / "nav2" / "starter.yaml").read_text(encoding="utf-8")
+    begin = text.index("critics: [")
+    end = text.index("]", begin) + 1
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{text[:begin]}critics: [{', '.join(name.split())}]{text[end:]}")
+    study = make_study(stacks=[str(path)], episodes=1, substitutes=[f"FollowPath={DWB}"])
+    nav2 = load_nav2(Path(study.stacks[0].nav2_file), True)
+    assert nav2.value("controller_server", "FollowPath.critics") == name.split()
+
+
 def test_several_plugins_may_be_put_in(foreign):
     given = [f"FollowPath={DWB}", "GridBased=navstack::IncrementalNavfn"]
     study = make_study(stacks=[str(foreign)], episodes=1, substitutes=given)

@@ -13,6 +13,12 @@ SHORTEST_TOLERANCE = 0.1  # [s]
 RULES = RuleGroup("AMCL", AMCL)
 
 
+def _particles(subject: Subject, key: str, usual: float) -> float:
+    """A number of particles; Nav2 takes its own for a negative one."""
+    number = subject.number(AMCL, key, usual)
+    return number if number >= 0.0 else usual
+
+
 @RULES.warning
 def crossed_particles(subject: Subject) -> Iterator[Finding]:
     """AMCL's min_particles lies above max_particles.
@@ -20,8 +26,8 @@ def crossed_particles(subject: Subject) -> Iterator[Finding]:
     Why: AMCL always has this one number of particles, more than the file allows, and never gets
     quicker once it knows where it is.
     """
-    low = subject.number(AMCL, "min_particles", 500.0)
-    high = subject.number(AMCL, "max_particles", 2000.0)
+    low = _particles(subject, "min_particles", 500.0)
+    high = _particles(subject, "max_particles", 2000.0)
     if subject.has(AMCL) and low > high:
         note = subject.default_note(AMCL, "min_particles", " by default")
         yield Finding(
@@ -38,7 +44,7 @@ def few_particles(subject: Subject) -> Iterator[Finding]:
 
     Why: after a bad start or a bump no particle is near the truth, and the robot stays lost.
     """
-    high = subject.number(AMCL, "max_particles", 2000.0)
+    high = _particles(subject, "max_particles", 2000.0)
     if subject.has(AMCL) and high < FEWEST_PARTICLES:
         yield Finding("max_particles", f"{high:.0f}", "max_particles: 2000")
 
