@@ -4,7 +4,6 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 TOOLS := $(VENV)/.tools
-DATA := $(if $(NAVSTACK_DATA),NAVSTACK_DATA=$(NAVSTACK_DATA))
 
 .PHONY: help run test test-slow check mutants docs wheel bench check-speed parity frozen clean
 AGAINST ?= HEAD
@@ -38,10 +37,10 @@ run: $(READY)
 	@$(BIN)/navbench run --stack nav2-gps-ekf --stack evasive-gps-ekf --episodes 20 --page
 
 test: $(TOOLS)
-	$(DATA) $(BIN)/pytest -m "not slow" -n auto --dist loadscope --no-loadscope-reorder
+	$(BIN)/pytest -m "not slow" -n auto --dist loadscope --no-loadscope-reorder
 
 test-slow: $(TOOLS)
-	$(DATA) $(BIN)/pytest -m slow -n auto --dist loadscope --no-loadscope-reorder
+	$(BIN)/pytest -m slow -n auto --dist loadscope --no-loadscope-reorder
 
 check: $(TOOLS)
 	$(BIN)/ruff check .
@@ -50,8 +49,8 @@ check: $(TOOLS)
 	$(BIN)/lint-imports
 
 mutants: $(TOOLS)
-	$(DATA) $(BIN)/python -m tools.mutants navstack
-	$(DATA) $(BIN)/python -m tools.mutants harness/economics harness/world harness/statistics harness/storage harness/tuning
+	$(BIN)/python -m tools.mutants navstack
+	$(BIN)/python -m tools.mutants harness/economics harness/world harness/statistics harness/storage harness/tuning
 
 docs: $(TOOLS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

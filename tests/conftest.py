@@ -27,7 +27,8 @@ from navstack.params.nav2_file import file as nav2_file
 from navstack.params.nav2_file import merged, ros_yaml, yaml_text
 from navstack.types import Pose2D
 
-CHROMIUM, DRIVER = "chromium", "chromedriver"
+# Debian's name, and those of Google's packages
+CHROMIUM, DRIVER = ("chromium", "google-chrome", "chrome"), "chromedriver"
 SWITCHES = (
     *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -192,7 +193,8 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     Those that need it are skipped where there is none.
     """
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
-    chromium, driver = shutil.which(CHROMIUM), shutil.which(DRIVER)
+    chromium = next(filter(None, map(shutil.which, CHROMIUM)), None)
+    driver = shutil.which(DRIVER)
     if chromium is None or driver is None:
         pytest.skip("Chromium is not installed: apt-get install chromium chromium-driver")
     options = webdriver.ChromeOptions()

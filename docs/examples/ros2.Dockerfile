@@ -11,6 +11,6 @@ RUN apt-get update \
 # Python 3.12: PyBullet has no wheel for it and is compiled
 COPY . /opt/navbench
 RUN python3 -m venv --system-site-packages /opt/venv \
-    && /opt/venv/bin/pip install /opt/navbench cyclonedds==11.0.1
+    && /opt/venv/bin/pip install -c /opt/navbench/constraints.txt /opt/navbench cyclonedds==11.0.1
 
 ENV PATH=/opt/venv/bin:$PATH ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST

@@ -53,7 +53,10 @@ def cache_folder() -> Path:
     given = os.environ.get("NAVSTACK_CACHE")
     if given:
         return Path(given)
-    return Path(os.path.expanduser("~")) / ".cache" / "navbench"
+    home = Path(os.path.expanduser("~"))
+    if not home.is_absolute():  # a user without a name or a folder, as in containers
+        return Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"
+    return home / ".cache" / "navbench"
 
 
 def content_key(name: str, *parts: Array | float | int | str) -> str:

@@ -42,6 +42,38 @@ def program(tmp_path_factory):
     return file
 
 
+PRICES = """
+#include <iostream>
+#include "nav2_contact_critic/contact_risk.hpp"
+int main()
+{
+  nav2_contact_critic::ContactPrices good, bad;
+  std::cout << refusal(good) << ";";
+  bad = good; bad.contact_usd = {30.0}; std::cout << refusal(bad) << ";";
+  bad = good; bad.contact_usd = {}; std::cout << refusal(bad) << ";";
+  bad = good; bad.contact_usd[1] = -1.0; std::cout << refusal(bad) << ";";
+  bad = good; bad.speed_std = 0.0; std::cout << refusal(bad) << ";";
+  bad = good; bad.drift_std = std::nan(""); std::cout << refusal(bad) << ";";
+}
+"""
+
+
+def test_the_header_refuses_prices_that_the_kernel_refuses(tmp_path):
+    compiler = shutil.which("g++")
+    if compiler is None:
+        pytest.skip("no g++ here")
+    source = tmp_path / "prices.cpp"
+    source.write_text(PRICES)
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{FOLDER / 'include'}"]
+    subprocess.run([compiler, *flags, source, "-o", tmp_path / "prices"], check=True)
+    printed = subprocess.run([tmp_path / "prices"], capture_output=True, text=True, check=True)
+    two, least, positive = "contact_usd needs two", "must be 0 or more", "must be more than 0"
+    said = printed.stdout.split(";")[:-1]
+    assert said[0] == ""
+    for line, expected in zip(said[1:], (two, two, least, positive, least), strict=True):
+        assert expected in line
+
+
 def test_the_header_and_the_kernel_agree(program):
     rng = default_rng(11)
     pricing = ContactPricing(ContactPrices())

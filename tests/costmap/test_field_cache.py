@@ -2,6 +2,7 @@ import io
 import multiprocessing
 import os
 import sys
+import tempfile
 import zlib
 from pathlib import Path
 
@@ -22,6 +23,12 @@ from navstack.costmap.field_cache import (
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
+
+
+def test_a_user_without_a_folder_has_one_for_temporary_files(monkeypatch):
+    monkeypatch.delenv("NAVSTACK_CACHE", raising=False)
+    monkeypatch.setattr(os.path, "expanduser", lambda name: name)  # as of a user without a name
+    assert cache_folder() == Path(tempfile.gettempdir()) / f"navbench-{os.getuid()}"
 
 
 class Source:

@@ -240,6 +240,24 @@ def test_crossed_particles_are_a_warning_as_nav2_goes_on(robot_with, values, sai
     assert notice.line > 0
 
 
+def test_particles_that_nav2_replaces_are_judged_as_replaced(robot_with):
+    notices = found(robot_with({"amcl.max_particles": -1, "amcl.min_particles": -3}))
+    assert not {"crossed-particles", "few-particles"} & set(notices)
+
+
+def test_a_critic_whose_package_is_listed_runs_on_a_robot(tmp_path):
+    text = (ROOT / "params" / "nav2" / "dwb_contact.yaml").read_text(encoding="utf-8")
+    critics = text.index("      critics: [")
+    listed = '      default_critic_namespaces: ["dwb_critics", "nav2_contact_critic"]\n'
+    file = tmp_path / "mine.yaml"
+    for content, is_told in ((text, True), (text[:critics] + listed + text[critics:], False)):
+        file.write_text(content, encoding="utf-8")
+        notices = {notice.id: notice for notice in lint(inspect_nav2(file), BODY)}
+        assert ("not-in-nav2" in notices) is is_told
+        if is_told:
+            assert "docs/examples/nav2_contact_critic" in notices["not-in-nav2"].advice
+
+
 @pytest.mark.parametrize(
     ("name", "value", "kind"),
     [

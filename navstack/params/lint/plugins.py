@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from navstack.params.lint.rule import Finding, RuleGroup
 from navstack.params.lint.subject import Subject
+from navstack.params.nav2_file.findings import names_in
 from navstack.params.registry.bindings import CRITICS, nested_params
 from navstack.params.registry.entry import Params
 from navstack.params.registry.nav2 import NAV2
@@ -26,6 +27,8 @@ def _own_plugins() -> Iterator[tuple[Params, str]]:
 
 
 OWN: Mapping[Params, str] = dict(_own_plugins())
+# a package of docs/examples that has a class of some
+PACKAGE, PACKAGED = "nav2_contact_critic", ("ExpectedContact", "ExpectedContactCritic")
 
 
 @RULES.warning
@@ -37,11 +40,14 @@ def not_in_nav2(subject: Subject) -> Iterator[Finding]:
     """
     for node, visits in subject.nav2.visits.items():
         for visit in visits:
-            if visit.params in OWN:
-                kind, name = OWN[visit.params], visit.prefix.removesuffix(".")
-                yield Finding(
-                    name,
-                    f"{kind} is this program's own",
-                    "on a robot, one of Nav2's in its place",
-                    node,
-                )
+            if visit.params not in OWN:
+                continue
+            kind, name = OWN[visit.params], visit.prefix.removesuffix(".")
+            advice = "on a robot, one of Nav2's in its place"
+            if kind in PACKAGED:
+                owner = name.rpartition(".")[0]
+                known = subject.nav2.value(node, f"{owner}.default_critic_namespaces")
+                if PACKAGE in names_in(known):
+                    continue
+                advice += f", or the package of docs/examples/{PACKAGE}"
+            yield Finding(name, f"{kind} is this program's own", advice, node)

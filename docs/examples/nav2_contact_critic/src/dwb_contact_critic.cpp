@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,10 @@ public:
     get("touch_usd", prices_.touch_usd);
     get("position_std", prices_.position_std);
     get("drift_std", prices_.drift_std);
+    const std::string why = refusal(prices_);
+    if (!why.empty()) {
+      throw std::runtime_error(prefix + " " + why);
+    }
     source_ = std::make_unique<PeopleSource>(node, topic_, costmap_ros_->getGlobalFrameID());
   }
 

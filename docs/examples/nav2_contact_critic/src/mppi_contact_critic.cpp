@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Expected contacts as a critic of MPPI (Nav2 Jazzy, whose trajectories are xtensor arrays).
 // Written from Nav2's documentation and interface; neither compiled nor run here.
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,14 @@ public:
     get(prices_.touch_usd, "touch_usd", prices_.touch_usd);
     get(prices_.position_std, "position_std", prices_.position_std);
     get(prices_.drift_std, "drift_std", prices_.drift_std);
+    const std::string why = nav2_contact_critic::refusal(prices_);
+    if (!why.empty()) {
+      throw std::runtime_error(name_ + ": " + why);
+    }
+    if (every_ < 1) {
+      throw std::runtime_error(name_ + ": trajectory_point_step must be 1 or more");
+    }
+    power_ = std::max(power_, 1U);  // 0 is as 1, or every trajectory would cost the same
     const std::string frame = costmap_ros_->getGlobalFrameID();
     source_ = std::make_unique<PeopleSource>(parent_.lock(), topic_, frame);
   }

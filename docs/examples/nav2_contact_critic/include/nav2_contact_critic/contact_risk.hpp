@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace nav2_contact_critic
@@ -43,6 +44,26 @@ struct ContactPrices
   double position_std{0.1};  // [m]
   double drift_std{0.1};  // [m/s]
 };
+
+// Why prices cannot be used; empty where they can. The allowed values are those of the Python file.
+inline std::string refusal(const ContactPrices & prices)
+{
+  if (prices.contact_usd.size() < 2) {
+    return "contact_usd needs two prices or more, at 0, 1, .. m/s";
+  }
+  const double values[] = {
+    prices.counted_speed, prices.touch_usd, prices.drift_std,
+    *std::min_element(prices.contact_usd.begin(), prices.contact_usd.end())};
+  for (const double value : values) {
+    if (!(value >= 0.0)) {
+      return "contact_usd, counted_speed, touch_usd and drift_std must be 0 or more";
+    }
+  }
+  if (!(prices.speed_std > 0.0 && prices.position_std > 0.0)) {
+    return "speed_std and position_std must be more than 0";
+  }
+  return "";
+}
 
 // A pose of a trajectory and the motion there.
 struct State

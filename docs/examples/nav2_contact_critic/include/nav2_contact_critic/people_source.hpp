@@ -34,7 +34,8 @@ public:
       });
   }
 
-  // The people now; none where the last message is older than stale [s].
+  // The people now; none, with a warning, where the last message is older than stale [s], or as far
+  // ahead.
   std::vector<Person> people(double stale = 0.5)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -51,15 +52,19 @@ public:
       return found;
     }
     const double age = (clock_->now() - rclcpp::Time(message_->header.stamp)).seconds();
-    if (age > stale) {
+    if (std::abs(age) > stale) {
+      RCLCPP_WARN_THROTTLE(
+        logger_, *clock_, 5000, "people on %s are %.2f s old: not looked at; do the clocks agree?",
+        topic_.c_str(), age);
       return found;
     }
+    const double passed = std::max(age, 0.0);
     for (const auto & each : message_->obstacles) {
       Person person;
       person.vx = each.velocity.x;
       person.vy = each.velocity.y;
-      person.x = each.position.x + age * person.vx;
-      person.y = each.position.y + age * person.vy;
+      person.x = each.position.x + passed * person.vx;
+      person.y = each.position.y + passed * person.vy;
       person.radius = 0.5 * std::max(each.size.x, each.size.y);
       found.push_back(person);
     }
