@@ -42,6 +42,7 @@ _IMU, _ODOMETRY, _FIX, _SCAN = range(4)
 # [m] of way after which a scan counts, for the errors of two scans of one place are alike; and of
 # the position's standard deviation from which on any scan does
 SCAN_STEP, SCAN_UNSURE = 0.3, 0.1
+SEEN_WITHIN = 1.0  # [s] before a fix that disagrees, in which a scan fitted the map
 
 
 _ENGINES: dict[str, Callable[[], Engine]] = {
@@ -111,6 +112,7 @@ class GpsEkfLocalizer(TimedLocalizer):
         # while the heading is unknown; with the distance driven
         self._last_fix: tuple[GpsFix, float] | None = None
         self._last_scan = -math.inf  # [m] of way at the last scan that counted
+        self._last_fit = -math.inf  # [s] of the last scan that fitted the map
 
     @property
     def state(self) -> FilterState:
@@ -167,7 +169,9 @@ class GpsEkfLocalizer(TimedLocalizer):
     def _take_fix(self, fix: GpsFix) -> None:
         if self._alignment is None:
             self._insert(fix, _FIX, partial(self._filter.take_fix, message=fix))
-            if self._filter.is_locked_out(self.state):
+            # what scans find on the map is no worse for fixes that err for long between houses
+            is_seen = fix.stamp - self._last_fit <= SEEN_WITHIN
+            if self._filter.is_locked_out(self.state) and not is_seen:
                 self._doubt(fix)
             return
         state = self._insert(fix, _FIX, partial(self._filter.mark_fix, message=fix))
@@ -181,11 +185,16 @@ class GpsEkfLocalizer(TimedLocalizer):
             self._align(found, fix.stamp)
 
     def _take_scan(self, scan: LaserScan, aligner: ScanAligner) -> None:
-        """Correct the pose by a scan, where it counts and fits the map."""
+        """Correct the pose by a scan, where it counts and fits the map.
+
+        While fixes disagree every scan is looked at, whether it counts or not.
+        """
         now = self.state
         is_near = now.distance - self._last_scan < SCAN_STEP
         is_sure = largest_variance(now.covariance) < SCAN_UNSURE**2
-        if self._alignment is not None or (is_near and is_sure):
+        counts = not (is_near and is_sure)
+        is_disputed = now.rejected >= self._params.gps0_lockout_count
+        if self._alignment is not None or not (counts or is_disputed):
             return
         state = self._insert(scan, _SCAN, partial(self._filter.advance, stamp=scan.stamp))
         if state is None:
@@ -193,7 +202,10 @@ class GpsEkfLocalizer(TimedLocalizer):
         x, y, yaw = state.mean[:3].tolist()
         place = Pose2D(x, y, normalize_angle(yaw))
         found = aligner.align(aligner.returns(scan), place, state.covariance[:3, :3])
-        if found is not None:
+        if found is None:
+            return
+        self._last_fit = scan.stamp
+        if counts:
             self._last_scan = state.distance
             take = partial(self._filter.take_alignment, message=found, stamp=scan.stamp)
             self._insert(scan, _SCAN, take)

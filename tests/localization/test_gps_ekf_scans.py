@@ -91,6 +91,25 @@ def test_errors_are_as_large_as_the_filter_says_with_scans(drive):
     assert (np.array(squares) < chi2.ppf(0.95, 3)).mean() > 0.9
 
 
+@pytest.mark.parametrize(
+    ("aligns", "sees", "stays"), [(True, True, True), (True, False, False), (False, True, False)]
+)
+def test_fixes_that_err_for_long_are_believed_only_where_no_scan_fits(drive, aligns, sees, stays):
+    observations, truth = scans(drive, 0)
+    wrong = []
+    for each in observations:
+        if each.gps is not None and each.stamp > 4.0:
+            each = dataclasses.replace(each, gps=dataclasses.replace(each.gps, x=each.gps.x + 6.0))
+        if not sees and each.stamp > 4.0:
+            each = dataclasses.replace(each, scan=None)
+        wrong.append(each)
+    errors = [
+        off(*pair) for pair in zip(beliefs_of(wrong, 0, scan0_alignment=aligns), truth, strict=True)
+    ]
+    assert (max(errors) < 0.3) is stays
+    assert (max(errors) > 4.0) is not stays
+
+
 @pytest.mark.parametrize("aligns", [False, True])
 def test_scans_count_only_where_the_file_says_so(drive, aligns):
     observations, _ = scans(drive, 0)
