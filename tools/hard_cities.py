@@ -49,6 +49,7 @@ class City:
 
     folder: str  # of results/baseline, with a packed run for each map
     title: str
+    is_in_readme: bool = True
 
     @property
     def maps(self) -> tuple[str, ...]:
@@ -66,6 +67,7 @@ def runs_of(city: City) -> list[StoredRun]:
 
 CITIES = (
     City("urban", "between houses (`rtk_urban`)"),
+    City("consumer", "cheap parts between houses (`consumer_gps`)", is_in_readme=False),
     City("crowds/60", "60 people"),
     City("crowds/100", "100 people"),
     City("crowds/making_way", "100 who make way (`evasive-yielding-gps-ekf`)"),
@@ -75,7 +77,7 @@ CITIES = (
 def summary() -> str:
     """README's table: what some stacks earn in each city."""
     rows = []
-    for city in CITIES:
+    for city in filter(lambda each: each.is_in_readme, CITIES):
         runs = {run.stacks[0].name: run for run in runs_of(city)}
         cells = []
         for names in COLUMNS:

@@ -187,13 +187,13 @@ class GpsEkfLocalizer(TimedLocalizer):
     def _take_scan(self, scan: LaserScan, aligner: ScanAligner) -> None:
         """Correct the pose by a scan, where it counts and fits the map.
 
-        While fixes disagree every scan is looked at, whether it counts or not.
+        Where a lock-out is near every scan is looked at, whether it counts or not.
         """
         now = self.state
         is_near = now.distance - self._last_scan < SCAN_STEP
         is_sure = largest_variance(now.covariance) < SCAN_UNSURE**2
         counts = not (is_near and is_sure)
-        is_disputed = now.rejected >= self._params.gps0_lockout_count
+        is_disputed = self._filter.is_locked_out(now, SEEN_WITHIN)
         if self._alignment is not None or not (counts or is_disputed):
             return
         state = self._insert(scan, _SCAN, partial(self._filter.advance, stamp=scan.stamp))

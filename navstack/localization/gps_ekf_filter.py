@@ -313,8 +313,8 @@ class GpsEkfFilter:
             if innovation * innovation <= gate * spread:
                 self.engine.correct(state.mean, covariance, row, innovation, variance)
 
-    def is_locked_out(self, state: FilterState) -> bool:
-        """Whether so many fixes were rejected that the state must be wrong."""
+    def is_locked_out(self, state: FilterState, ahead: float = 0.0) -> bool:
+        """Whether so many fixes were rejected that the state must be wrong, or is ``ahead`` [s]."""
         if state.rejected < self.params.gps0_lockout_count:
             return False
-        return state.stamp - state.rejected_since >= self.params.gps0_lockout_time
+        return state.stamp + ahead - state.rejected_since >= self.params.gps0_lockout_time
