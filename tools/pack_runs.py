@@ -1,8 +1,9 @@
 """Put run folders of the same missions into one that has few files.
 
-Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--machine TEXT]
+Usage: python tools/pack_runs.py OUT RUN [RUN ...] [--newest] [--machine TEXT]
 
-The runs have the same map, seed, world, rules and prices, and each its own stacks. OUT gets one
+The runs have the same map, seed, world, rules and prices, and each its own stacks; with --newest
+those of a stack count that stand in the last of several. OUT gets one
 table of rows, one of events, one file of parameters, a manifest and checksums; every command reads
 it as it reads a run folder. A RUN may be packed itself. Times of workers are left out, of the
 summary, which follows from the rows, all but the economics, and of absolute paths all but names: a
@@ -40,24 +41,39 @@ OF_EACH = ("command", "program_sha256")  # of a manifest
 MAY_DIFFER = ("stacks", "machine", "policies_sha256", EXTENDED, OF_STACKS, *OF_EACH)
 
 
-def pack(runs: Sequence[Path], out: Path, machine: str) -> None:
+def pack(runs: Sequence[Path], out: Path, machine: str, newest: bool = False) -> None:
     """Write the packed run.
+
+    Args:
+        runs: that are put together.
+        out: folder, not there yet.
+        machine: where a run does not say.
+        newest: of a stack in several runs the last counts.
 
     Raises:
         InputError: the runs differ in more than their stacks, or share one.
     """
     manifests = [read_manifest(run) for run in runs]
-    stacks = [stack for manifest in manifests for stack in manifest["stacks"]]
-    names = [stack["name"] for stack in stacks]
-    if len(set(names)) < len(names):
-        raise InputError(f"a stack stands in two of the runs: {', '.join(sorted(names))}")
+    given = [stack["name"] for manifest in manifests for stack in manifest["stacks"]]
+    if len(set(given)) < len(given) and not newest:
+        raise InputError(f"a stack stands in two of the runs: {', '.join(sorted(given))}")
+    chosen = {
+        stack["name"]: (run, stack)
+        for run, manifest in zip(runs, manifests, strict=True)
+        for stack in manifest["stacks"]
+    }
+    names = list(chosen)
+    stacks = [stack for _, stack in chosen.values()]
     _require_equal(runs, manifests)
     out.mkdir(parents=True)
     pack_parameters(runs, out)
     for table in TABLES:
-        rows = pa.concat_tables(
-            [pq.read_table(run / f"{table}.parquet") for run in runs], promote_options="default"
-        )
+        parts = []
+        for run in runs:
+            part = pq.read_table(run / f"{table}.parquet")
+            counts = [chosen[name][0] == run for name in part["stack"].to_pylist()]
+            parts.append(part.filter(pa.array(counts, pa.bool_())))
+        rows = pa.concat_tables(parts, promote_options="default")
         if "stack_number" in rows.column_names:
             numbers = [names.index(name) for name in rows["stack"].to_pylist()]
             place = rows.column_names.index("stack_number")
@@ -173,10 +189,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("runs", type=Path, nargs="+")
+    parser.add_argument("--newest", action="store_true", help="of a stack in several the last")
     parser.add_argument("--machine", default="unknown", help="where a run does not say")
     given = parser.parse_args()
     try:
-        pack(given.runs, given.out, given.machine)
+        pack(given.runs, given.out, given.machine, given.newest)
     except (InputError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 1

@@ -1,5 +1,6 @@
 """How far every place of a map is from the nearest obstacle, for sensor models."""
 
+import math
 from copy import copy
 
 import numpy as np
@@ -129,5 +130,5 @@ def farthest_code(max_distance: float, resolution: float) -> int:
             "m/cell; "
             f"0 to {MOST_CELLS} cells can be told apart, here up to {MOST_CELLS * resolution:g} m"
         )
-    # whole cells, of a resolution in single precision (``map_cspace.cpp``)
-    return int(max_distance / float(np.float32(resolution))) ** 2
+    # a map's resolution is often a 32-bit number
+    return math.floor((max_distance / resolution) ** 2 + 1e-6)

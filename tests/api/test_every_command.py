@@ -1,6 +1,7 @@
 """All that a command does can be done by an import: each calls a function of ``navbench``."""
 
 import ast
+import inspect
 from pathlib import Path
 
 import pytest
@@ -43,7 +44,7 @@ def called(file: Path) -> set[tuple[str, str]]:
 def test_a_command_calls_its_function(command: str) -> None:
     calls = called(ROOT.joinpath(*module_of(command).split(".")).with_suffix(".py"))
     for name in FUNCTIONS.get(command, (command,)):
-        module = getattr(navbench, name).__module__
+        module = inspect.unwrap(getattr(navbench, name)).__module__
         assert (module, BELOW.get(name, name)) in calls
 
 

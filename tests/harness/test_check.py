@@ -222,7 +222,7 @@ def test_a_program_asks_by_the_same_names(write_run) -> None:
 
 @pytest.mark.parametrize(
     ("useless", "told"),
-    [({"seed": 3, "workers": 2}, "seed, workers"), ({"out": Path("new")}, "out")],
+    [({"seed": 3, "pedestrians": 2}, "seed, pedestrians"), ({"out": Path("new")}, "out")],
 )
 def test_a_program_asks_nothing_of_finished_runs_that_they_cannot_tell(
     write_run, useless: dict[str, object], told: str

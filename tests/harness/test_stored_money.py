@@ -49,10 +49,9 @@ def test_costnav_prices_give_what_is_published(folder):
 
 def test_published_accountings_are_those_of_the_stored_table():
     """Of a stack with squeezes, and of one with much property touched."""
-    folder = BASELINE / "measured"
-    rows = read_rows(folder / "table.parquet", COLUMNS)
+    rows = read_rows(BASELINE / "study" / "table.parquet", COLUMNS)
     for stack in ("mpc-gps-ekf", "paper-amcl"):
-        run = load_run(str(folder / "sidewalk-measured-seed4000") + f":{stack}")
+        run = load_run(f"{BASELINE / 'published_3' / 'sidewalk'}:{stack}")
         found = accounted_margins(run, [(run, run.stacks[0])])
         own = {
             row["quantity"]: row["value"]

@@ -67,7 +67,7 @@ STVL = (
         (GRACEFUL, "in_place_collision_resolution: 1.0e-9", "must be 0.001 or more"),
         (SHIM, "simulate_ahead_time: 1.0e+9", "must be at most 100"),
         (COST, "cell: 1.0e-6", "must be 0.02 to 10"),
-        (AMCL, "max_particles: 2000000000", "must be 1 to 1e+06"),
+        (AMCL, "max_particles: 2000000000", "must be 0 to 1e+06"),
         (AMCL, "recovery_candidates: 2000000000", "must be 0 to 1e+06"),
         (AMCL, "laser_likelihood_max_dist: 1.0e+9", "must be more than 0 to 1000"),
         (BEHAVIORS, "simulate_ahead_time: 1.0e+9", "must be 0 to 100"),
