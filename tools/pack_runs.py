@@ -16,7 +16,7 @@ import argparse
 import io
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -36,6 +36,8 @@ from navstack.params.strict import dump_dataclass, load_dataclass, read_text
 
 TABLES = ("episodes", "events")
 COMPLETED = {"rules.yaml": Rules, "world.yaml": WorldParams}
+# what the names of a stack's files add to its own
+OF_A_STACK = (".yaml", "-nav2.yaml", "-sensors.yaml", "-robot.yaml", "-ignored.txt")
 LEVEL = 22  # of zstandard: written once, read often
 OF_EACH = ("command", "program_sha256")  # of a manifest
 MAY_DIFFER = ("stacks", "machine", "policies_sha256", EXTENDED, OF_STACKS, *OF_EACH)
@@ -66,7 +68,8 @@ def pack(runs: Sequence[Path], out: Path, machine: str, newest: bool = False) ->
     stacks = [stack for _, stack in chosen.values()]
     _require_equal(runs, manifests)
     out.mkdir(parents=True)
-    pack_parameters(runs, out)
+    replaced = {run: {name for name in names if chosen[name][0] != run} for run in runs}
+    pack_parameters(runs, out, replaced)
     for table in TABLES:
         parts = []
         for run in runs:
@@ -84,15 +87,25 @@ def pack(runs: Sequence[Path], out: Path, machine: str, newest: bool = False) ->
     write_checksums(out)
 
 
-def pack_parameters(runs: Sequence[Path], out: Path) -> None:
+def pack_parameters(
+    runs: Sequence[Path], out: Path, replaced: Mapping[Path, Collection[str]]
+) -> None:
     """Write the parameter files of runs, equal where they have the same name, as one file.
+
+    Args:
+        runs: whose files they are.
+        out: folder.
+        replaced: stacks of a run that do not count, nor do their files.
 
     Raises:
         InputError: two runs have different files of one name.
     """
     texts: dict[str, str] = {}
     for run in runs:
+        left_out = {f"{stack}{end}" for stack in replaced[run] for end in OF_A_STACK}
         for file in sorted(parameter_folder(run).iterdir()):
+            if file.name in left_out:
+                continue
             text = read_text(file)
             if kind := COMPLETED.get(file.name):
                 text = dump_dataclass(load_dataclass(kind, file))

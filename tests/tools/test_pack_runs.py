@@ -76,6 +76,40 @@ def test_runs_that_were_extended_at_different_numbers_tell_all_looks(tmp_path: P
     assert "extended_from" not in pack_runs._together(runs[2:], manifests[2:], "")
 
 
+def small_run(folder: Path, duration: float, **limits: float) -> Path:
+    """A finished run of two deliveries of each stack, which has a parameter of its own."""
+    (folder / "params").mkdir(parents=True)
+    for stack, limit in limits.items():
+        (folder / "params" / f"{stack}-nav2.yaml").write_text(f"limit: {limit}\n")
+    manifest = {"stacks": [{"name": stack} for stack in limits], "seed": 3}
+    (folder / "run.json").write_text(json.dumps(manifest))
+    economics = [{"stack": stack, "economics": {"opex": duration}} for stack in limits]
+    (folder / "summary.json").write_text(json.dumps({"runs": economics}))
+    names = [stack for stack in limits for _ in range(2)]
+    rows = pa.table(
+        {"stack": names, "stack_number": [0] * len(names), "t_s": [duration, 1.0] * len(limits)}
+    )
+    for table in ("episodes", "events"):
+        pq.write_table(rows, folder / f"{table}.parquet")
+    return folder
+
+
+def test_a_stack_that_was_driven_again_takes_the_place_of_its_rows(tmp_path: Path) -> None:
+    old = small_run(tmp_path / "old", 5.0, a=1.0, b=2.0)
+    new = small_run(tmp_path / "new", 7.0, a=3.0)
+    with pytest.raises(InputError, match="a stack stands in two of the runs: a, a, b"):
+        pack_runs.pack([old, new], tmp_path / "packed", "")
+    pack_runs.pack([old, new], tmp_path / "packed", "", newest=True)
+    rows = pq.read_table(tmp_path / "packed" / "episodes.parquet").to_pylist()
+    found = [(row["stack"], row["stack_number"], row["t_s"]) for row in rows]
+    assert found == [("b", 1, 5.0), ("b", 1, 1.0), ("a", 0, 7.0), ("a", 0, 1.0)]
+    manifest = json.loads((tmp_path / "packed" / "run.json").read_text())
+    assert [stack["name"] for stack in manifest["stacks"]] == ["a", "b"]
+    assert manifest["of_stacks"]["a"]["economics"]["opex"] == 7.0
+    texts = json.loads(gzip.decompress((tmp_path / "packed" / "parameters.json.gz").read_bytes()))
+    assert texts == {"a-nav2.yaml": "limit: 3.0\n", "b-nav2.yaml": "limit: 2.0\n"}
+
+
 @pytest.mark.parametrize(("way_back", "is_alike"), [(False, True), (True, False)])
 def test_rules_of_an_earlier_version_are_completed_by_todays(
     tmp_path: Path, way_back: bool, is_alike: bool
@@ -92,12 +126,12 @@ def test_rules_of_an_earlier_version_are_completed_by_todays(
     assert texts["earlier"] != texts["today"]
     runs = [tmp_path / name for name in texts]
     if is_alike:
-        pack_runs.pack_parameters(runs, tmp_path)
+        pack_runs.pack_parameters(runs, tmp_path, dict.fromkeys(runs, ()))
         packed = json.loads(gzip.decompress((tmp_path / "parameters.json.gz").read_bytes()))
         assert packed == {"rules.yaml": texts["today"]}
     else:
         with pytest.raises(InputError, match="another rules.yaml"):
-            pack_runs.pack_parameters(runs, tmp_path)
+            pack_runs.pack_parameters(runs, tmp_path, dict.fromkeys(runs, ()))
 
 
 def test_the_stored_studies_fit() -> None:
