@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 from ruamel.yaml import YAML
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull, QhullError
 
 from harness.task.made_files import made_file
 from navstack.errors import ParameterError
@@ -126,6 +124,10 @@ def _box(outline: FloatArray) -> FloatArray:
     for: so the body touches nothing that its costmap shows free. A round robot is the square within
     its circle.
     """
+    # here alone, and seldom: they take long to load
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, QhullError
+
     box = _corners(outline)
     half = 0.5 * (box[1] - box[0])
     try:
