@@ -9,9 +9,10 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from numbers import Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from navstack.errors import InputError, did_you_mean
+from navstack.type_hints import hints_of
 
 MOST_SHOWN = 80  # characters of a value that is refused
 SET_BY_ALL = ("stacks", "map_name", "workers")  # of make_study, by whoever hands options on
@@ -30,7 +31,7 @@ def checked(function: Callable[..., Any]) -> Callable[..., Any]:
             bound = inspect.signature(function).bind(*given, **named)
         except TypeError as error:
             raise InputError(f"{function.__name__}: {error}{_near(function, named)}") from None
-        hints = get_type_hints(function)
+        hints = hints_of(function)
         rest = _rest_of(function)
         for name, value in bound.arguments.items():
             if name != rest:
@@ -65,7 +66,7 @@ def _options(function: Callable[..., Any], options: dict[str, Any], hint: Any) -
         return {name: _taken(name, value, hint) for name, value in options.items()}
     from harness.task.study import make_study
 
-    hints = {**get_type_hints(make_study), "map": str}
+    hints = {**hints_of(make_study), "map": str}
     for name in SET_BY_ALL:
         del hints[name]
     taken = {}
@@ -113,8 +114,11 @@ def _as_any(hint: Any, value: Any) -> Any:
 
 
 def _name(kind: Any) -> str:
+    elements = get_args(kind)
+    if get_origin(kind) is tuple and ... not in elements:
+        return f"{len(elements)} values, each {_name(elements[0])}"
     if get_origin(kind) in _LISTS:
-        return f"a list of {_name(get_args(kind)[0])}"
+        return f"a list of {_name(elements[0])}"
     known = {
         str: "a text",
         int: "a whole number",

@@ -1,4 +1,4 @@
-"""The types of a dataclass's fields, worked out once."""
+"""The types of a dataclass's fields and of a function's arguments, worked out once."""
 
 import typing
 from collections.abc import Mapping
@@ -7,15 +7,14 @@ from types import MappingProxyType
 from typing import Any
 
 
-def hints_of(kind: type[Any], include_extras: bool = False) -> Mapping[str, Any]:
+def hints_of(kind: Any, include_extras: bool = False) -> Mapping[str, Any]:
     """As :func:`typing.get_type_hints`, which evaluates every annotation anew each time.
 
     Args:
-        kind: a class.
+        kind: a class or a function.
         include_extras: whether ``Annotated`` types stay as they are.
     """
-    key: Any = kind  # a class is hashable, which mypy does not see
-    return _evaluated(key, include_extras)
+    return _evaluated(kind, include_extras)
 
 
 @cache

@@ -172,7 +172,7 @@ def make_study(
     people: str | None = None,
     world: str = DEFAULT_WORLD,
     missions: str = "published",
-    distance: Sequence[float] | None = None,
+    distance: tuple[float, float] | None = None,
     localizer: str | None = None,
     robot: str | None = None,
     sensors: str | None = None,
@@ -218,7 +218,7 @@ def make_study(
         missions=missions,
         start=_pose("--start", start),
         goal=_pose("--goal", goal),
-        distance=_pair("--distance", distance),
+        distance=distance,
         keep_trace=record == "full",
         keep_decisions=record in ("decisions", "full"),
         allow_unknown=allow_unknown,
@@ -311,14 +311,6 @@ def parse_pose(option: str, text: str) -> tuple[float, ...]:
         values = ()
     _check_pose(option, values, text)
     return values
-
-
-def _pair(option: str, values: Sequence[float] | None) -> tuple[float, float] | None:
-    if values is None:
-        return None
-    if len(values) != 2:
-        raise InputError(f"{option} '{values}' is not two numbers in [km], e.g. 0.3,2.5")
-    return values[0], values[1]
 
 
 def _pose(option: str, values: Sequence[float] | None) -> Pose2D | None:

@@ -12,11 +12,12 @@ from navstack.params.nav2_file.catalog import LEFT_OUT, node_block, plugin_type
 from navstack.params.nav2_file.file import Nav2File, inspect_nav2
 from navstack.params.nav2_file.findings import names_in, names_of
 from navstack.params.nav2_file.ros_yaml import Value
+from navstack.params.registry import bindings
 from navstack.params.registry.nodes import FAMILIES
 
 CONTROLLERS = "controller_server"  # the node of those that drive
 CRITICS = "critics"  # of a controller's section: names that only its kind knows
-CRITICS_OF = {family: FAMILIES[family] for family in ("dwb_critics", "mppi_critics")}
+CRITICS_OF = {family: FAMILIES[family] for family in bindings.CRITICS}
 DONORS = ("stock.yaml", "tuned.yaml")  # of params/nav2, asked before the others
 
 

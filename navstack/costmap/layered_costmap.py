@@ -256,9 +256,7 @@ class LayeredCostmap:
     def _fast_update(self, parts: FastParts) -> FastUpdate:
         assert isinstance(self._map, DenseCosts)
         costs, inflation = self._map.costs, self._inflation(parts.inflation)
-        margin = 0
-        if self.params.rolling_window:
-            margin = inflation.radius
+        margin = inflation.radius if self.params.rolling_window else 0
         inflated = inflated_map(_raised(costs, parts.before, 0), margin, self._fill, inflation)
         shown = _raised(inflated, parts.after, margin)
         if not self.params.rolling_window:
@@ -272,9 +270,8 @@ class LayeredCostmap:
             obstacles,
             shown,
             margin,
-            self._inflation(
-                parts.inflation
-            ),  # another one: the buffers for the whole map are freed
+            # another one: the buffers for the whole map are freed
+            self._inflation(parts.inflation),
             self.master,
             self._window,
             self.params.rolling_window,

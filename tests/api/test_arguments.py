@@ -71,7 +71,7 @@ def test_what_a_caller_means_is_taken(name: str, value: object, taken: object) -
         ("count", True, "a whole number"),
         ("is_so", "yes", "True or False"),
         ("place", "abc", "a list of a number or None"),
-        ("pair", (1.0, 2.0, 3.0), "a list of a number"),
+        ("pair", (1.0, 2.0, 3.0), "2 values, each a number"),
         ("count", None, "a whole number"),
         ("size", "3", "a number or None"),
         ("values", 3, "a Mapping or None"),
@@ -119,7 +119,7 @@ def test_what_a_function_sets_itself_is_no_option(options: dict[str, Any]) -> No
 
 
 def test_the_distance_of_missions_is_two_numbers() -> None:
-    with pytest.raises(InputError, match="is not two numbers in"):
+    with pytest.raises(InputError, match="give 2 values, each a number or None$"):
         navbench.run("parked", distance=[5])
 
 

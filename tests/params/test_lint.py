@@ -241,6 +241,12 @@ def test_crossed_particles_are_a_warning_as_nav2_goes_on(robot_with, values, sai
 
 
 def test_particles_that_nav2_replaces_are_judged_as_replaced(robot_with):
+    nav2 = robot_with({"amcl.max_particles": -1, "amcl.laser_likelihood_max_dist": -2.0})
+    told = [(each.path, each.advice) for each in nav2.notices if each.id == "replaced-value"]
+    assert told == [
+        ("amcl: laser_likelihood_max_dist", "laser_likelihood_max_dist: 2.0"),
+        ("amcl: max_particles", "max_particles: 2000"),
+    ]
     notices = found(robot_with({"amcl.max_particles": -1, "amcl.min_particles": -3}))
     assert not {"crossed-particles", "few-particles"} & set(notices)
 

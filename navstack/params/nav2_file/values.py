@@ -14,7 +14,7 @@ from navstack.params.nav2_file.findings import Notice, Visit
 from navstack.params.nav2_file.ros_yaml import ParameterEntry, Value, is_placeholder
 from navstack.params.registry.bindings import parameter_of
 from navstack.params.registry.releases import Declared
-from navstack.ranges import Replaced
+from navstack.ranges import NegativeReplaced, Replaced
 from navstack.type_hints import hints_of
 
 T = TypeVar("T")
@@ -129,16 +129,22 @@ def _mistakes(entries: Mapping[str, ParameterEntry], visit: Visit) -> list[tuple
 def _warnings_of(name: str, kind: Any, path: str, entry: ParameterEntry) -> Iterator[Notice]:
     """What to say of a value that can be read."""
     for rule in getattr(kind, "__metadata__", ()):
-        is_number = type(entry.value) is int  # any other would be sought in all of a range
-        if is_number and isinstance(rule, Replaced) and entry.value not in rule.known:
-            message = (
-                f"{_shown(entry.value)} is none of {_told(rule.known)}; "
-                f"Nav2 warns and takes {rule.usual}"
-            )
+        if isinstance(rule, Replaced | NegativeReplaced) and (why := _replaced(rule, entry.value)):
+            message = f"{_shown(entry.value)} is {why}; Nav2 warns and takes {rule.usual}"
             yield Notice("replaced-value", path, message, f"{name}: {rule.usual}", entry.line)
     if _is_left_open(kind, entry):
         message = f"{_shown(entry.value)} is left to a launch file; Nav2's default is read"
         yield Notice("placeholder", path, message, "write true or false", entry.line)
+
+
+def _replaced(rule: Replaced | NegativeReplaced, value: Value | None) -> str:
+    """Why Nav2 takes another value in place of a number; empty: it takes this one."""
+    if isinstance(rule, NegativeReplaced):
+        return "negative" if type(value) in (int, float) and float(str(value)) < 0.0 else ""
+    # any other than a whole number would be sought in all of a range
+    if type(value) is int and value not in rule.known:
+        return f"none of {_told(rule.known)}"
+    return ""
 
 
 def _told(known: Sequence[int]) -> str:
