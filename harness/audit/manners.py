@@ -33,7 +33,6 @@ def delaying(pairs: Pairs, scores: Scores) -> Check:
     """People blocked: they take longer because of the robot."""
     return _rising(
         "delay",
-        pairs,
         scores,
         pairs.known("delay of people", "s/run", _delay),
         DELAY,
@@ -47,13 +46,13 @@ def jerking(pairs: Pairs, scores: Scores) -> Check:
     least = JERK
     if found is not None:
         least = max(JERK - (found.original or 0.0), 0.0)
-    return _rising("jerk", pairs, scores, found, least, MORE_JERK)
+    return _rising("jerk", scores, found, least, MORE_JERK)
 
 
 def conflicts(pairs: Pairs, scores: Scores) -> Check:
     """Near misses: courses that meet somebody in less than :data:`CONFLICT`."""
     found = pairs.known(f"deliveries with a time to collision below {CONFLICT} s", SHARE, _met)
-    return _rising("conflict", pairs, scores, found, MORE_CONFLICTS, 0.0)
+    return _rising("conflict", scores, found, MORE_CONFLICTS, 0.0)
 
 
 def crumbling(pairs: Pairs, scores: Scores, spoiled: float) -> Check:
@@ -61,7 +60,7 @@ def crumbling(pairs: Pairs, scores: Scores, spoiled: float) -> Check:
     found = pairs.known(
         f"share of the cargo lost; spoiled above {spoiled:g}", "of the cargo", _lost
     )
-    return _rising("cargo", pairs, scores, found, CRUMBS, 0.0)
+    return _rising("cargo", scores, found, CRUMBS, 0.0)
 
 
 def knowing(pairs: Pairs, scores: Scores, conditions: Conditions) -> Check:
@@ -103,7 +102,6 @@ def leaving(pairs: Pairs, scores: Scores) -> Check:
 
 def _rising(
     key: str,
-    pairs: Pairs,
     scores: Scores,
     found: AuditEvidence | None,
     least: float,

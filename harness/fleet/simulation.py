@@ -61,7 +61,6 @@ class DayLog:
     waits: list[float] = field(default_factory=list)  # [s] of robots for an operator
     field_waits: list[float] = field(default_factory=list)  # [s] of robots for a field worker
     helped: float = 0.0  # [s] that operators were busy
-    fetched: float = 0.0  # [s] that field workers were busy
     failures: int = 0  # legs that ended in physical assistance
     ran_empty: int = 0  # batteries
     driven_until: float = 0.0  # [s] when the last robot had driven or been helped from afar
@@ -225,10 +224,9 @@ class FleetDay:
 
     def _fetch(self, robot: FleetRobot) -> Steps[None]:
         """A field worker brings the robot to the hub."""
-        seconds = yield from self._attend(
+        yield from self._attend(
             robot, self._field, self._field_time, self.log.field_waits, State.STRANDED
         )
-        self.log.fetched += seconds
         robot.enter(State.FETCHED, self._env.now)
 
     def _attend(

@@ -49,8 +49,6 @@ class FilterFit:
 
     share: float  # [-] true length over the odometry's
     half: float  # [-] half width of its 95 % interval
-    # wander of the offset [m/sqrt(s)] and heading [rad/sqrt(s)], white noise of the fixes [m]
-    noise: tuple[float, float, float]
 
 
 def track_of(path: WheelPath, fixes: FloatArray) -> FixTrack | None:
@@ -81,14 +79,12 @@ def _run(
     gaps: BoolArray,
     heading: float,
     logs: FloatArray,
-    states: FloatArray,
 ) -> float:
-    """Twice the negative log likelihood of the fixes; fills ``states`` (N, 3): x, y, heading."""
+    """Twice the negative log likelihood of the fixes."""
     share = np.exp(logs[0])
     offset, turn, white = np.exp(2.0 * logs[1]), np.exp(2.0 * logs[2]), np.exp(2.0 * logs[3])
     x = np.array((fixes[0, 0], fixes[0, 1], heading))
     p = np.diag(np.array((white, white, _UNSURE_HEADING**2)))
-    states[0] = x
     deficit = 0.0
     for k in range(len(ways)):
         dt = stamps[k + 1] - stamps[k]
@@ -115,15 +111,7 @@ def _run(
         gain = p[:, :2].copy() @ inverse
         x = x + weight * (gain @ error)
         p = p - weight * (gain @ p[:2, :].copy())
-        states[k + 1] = x
     return deficit
-
-
-def states_of(track: FixTrack, logs: FloatArray) -> tuple[float, FloatArray]:
-    """Deficit, and the state (N, 3) after each fix: x, y [m], heading of the path's frame [rad]."""
-    states = np.empty((len(track.stamps), 3))
-    deficit = _run(track.stamps, track.fixes, track.ways, track.gaps, track.heading, logs, states)
-    return float(deficit), states
 
 
 def fit_filter(track: FixTrack, white: float) -> FilterFit:
@@ -138,19 +126,15 @@ def fit_filter(track: FixTrack, white: float) -> FilterFit:
         return of_all(np.insert(logs, 0, 0.0))
 
     def of_all(logs: FloatArray) -> float:
-        return states_of(track, logs)[0]
+        deficit = _run(track.stamps, track.fixes, track.ways, track.gaps, track.heading, logs)
+        return float(deficit)
 
     noise = _minimum(of_noise, np.array((*_WANDER, np.log(white))))
     found = _minimum(of_all, np.insert(noise, 0, 0.0))
     variance = float(np.linalg.pinv(0.5 * _hessian(of_all, found))[0, 0])
     half = float(norm.ppf(0.5 + 0.5 * LEVEL)) * max(variance, 0.0) ** 0.5
     share = float(np.exp(found[0]))
-    return FilterFit(share, share * half, _noise(found[1:]))
-
-
-def _noise(logs: FloatArray) -> tuple[float, float, float]:
-    offset, heading, white = np.exp(logs).tolist()
-    return offset, heading, white
+    return FilterFit(share, share * half)
 
 
 def _minimum(function: Callable[[FloatArray], float], start: FloatArray) -> FloatArray:

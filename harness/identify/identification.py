@@ -15,12 +15,12 @@ from harness.identify.prediction import (
     predict_fixes,
     predict_turns,
 )
-from harness.identify.stillness import delays, imu_noise, imu_walk, lidar_noise, white_noise
+from harness.identify.stillness import imu_noise, imu_walk, lidar_noise, white_noise
 from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
 from harness.identify.wheel_path import path_of
 from harness.recorded.drive_log import DriveLog, period_of
-from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, TWIST
+from harness.recorded.ros_messages import FIX, IMU, ODOMETRY, SCAN, TWIST
 from harness.world.physics.robot import RobotParams
 from navstack.types import FloatArray
 
@@ -71,7 +71,7 @@ def identify(
     found += _twist_noise(log, linear, angular)
     found += [*imu_noise(log), imu_walk(log), turning.estimates[4]]
     found += [*by_fixes.estimates, *lidar_noise(log), *by_scans.estimates[1:]]
-    found += [*_latencies(log), *delays(log)]
+    found += _latencies(log)
     predictions, predicts = _predictions(log, default)
     tell()
     return Identified({each.key: each for each in found}, tuple(predictions), predicts)
@@ -130,11 +130,12 @@ _LATE = (  # kind, key of its latency, what to record where there are no stamps
     (ODOMETRY, "odometry_latency_s", "record the topic as well"),
     (IMU, "imu_latency_s", "record the topic as well"),
     (FIX, "gps_latency_s", "record the topic as well"),
+    (SCAN, "lidar_latency_s", "record /scan as well"),
 )
 
 
 def _latencies(log: DriveLog) -> list[Estimate]:
-    """[s] from stamps to arrivals of commands, odometry, inertial unit and fixes."""
+    """[s] from stamps to arrivals of commands, odometry, inertial unit, fixes and scans."""
     found = []
     for kind, key, advice in _LATE:
         late = log.delays.get(kind, np.empty(0))

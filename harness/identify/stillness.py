@@ -11,14 +11,13 @@ from harness.identify.estimate import (
     unknown,
 )
 from harness.recorded.drive_log import DriveLog, period_of
-from harness.recorded.ros_messages import SCAN
 from navstack.types import BoolArray, FloatArray, LaserScan
 
 _WINDOW = 0.5  # [s] around a moment in which the robot must not move
 _STILL, _STILL_TURN = 0.003, 0.002  # [m], [rad] of the odometry within it
 _LEAST_STANDING = 5.0  # [s] of standing that gives a bias
 _LEAST = 30  # readings that give a deviation
-_NEAR, _BEAMS = 0.3, 3  # [m] between neighbours on one surface; beams on each side
+_NEAR = 0.3  # [m] between neighbours on one surface
 _SCANS = 400  # at most that are looked at
 STAND = "let it stand for 15 s with everything switched on"
 
@@ -160,12 +159,3 @@ def _lost(scan: LaserScan) -> tuple[int, int]:
     with np.errstate(invalid="ignore"):
         is_surface = beside & (np.abs(after - before) < _NEAR)
     return int(np.sum(is_surface & ~has_return)), int(np.sum(is_surface))
-
-
-def delays(log: DriveLog) -> list[Estimate]:
-    """[s] from a scan's stamp to its arrival."""
-    late = log.delays.get(SCAN, np.empty(0))
-    if len(late) < 2:
-        return [unknown("lidar_latency_s", "record /scan as well")]
-    low, value, high = np.percentile(late, (2.5, 50.0, 97.5)).tolist()
-    return [Estimate("lidar_latency_s", value, low, high, log.duration, "arrivals less stamps")]

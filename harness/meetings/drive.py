@@ -9,11 +9,12 @@ from functools import partial
 
 import numpy as np
 
+from harness.economics.valuation import margin_of
 from harness.episode.episode import RunningDelivery
 from harness.execution.copies import PausedCopy
 from harness.meetings.crowd import STEP, Record
 from harness.meetings.draw import Meeting
-from harness.meetings.meet import APART, LEAD, Job, Met, Stage, margin_of, meet
+from harness.meetings.meet import APART, LEAD, Job, Met, Stage, meet
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.way import SPACING, Progress, Way
 from harness.metrics.columns import Row
@@ -102,7 +103,7 @@ def drive_arm(
             marks.append(_Mark(*place, copy))
         series = delivery.log.series()
         row = delivery.finish().row
-        margin = margin_of(row, delivery.parts)
+        margin = margin_of(row, delivery.parts.prices)
         passings = passings_of(series["stamp"], np.column_stack((series["x"], series["y"])), way)
         weights = _hand_out(meetings, passings, record, marks, lead)
         met = [NOT_MET] * len(meetings)

@@ -5,16 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from harness.economics.valuation import margins
+from harness.economics.valuation import margin_of
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.meetings.crowd import STEP, Record, StagedPeople, StagedWalkers
 from harness.meetings.draw import Meeting
-from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import Contact, CountedContact, Partner, Truth
-from navstack.errors import InputError
 from navstack.types import FloatArray
 
 LEAD = 6.0  # [s] before a meeting, at least, at which people appear
@@ -63,18 +61,6 @@ def stage_of(task: EpisodeTask) -> Stage:
         kind = StagedWalkers
     people = kind(parts.params.people.count)
     return Stage(parts.new_world(people), people)
-
-
-def margin_of(row: Row, parts: Parts) -> float:
-    """What a delivery earned [USD].
-
-    Raises:
-        InputError: its cargo is not modelled.
-    """
-    margin = margins([row], parts.prices)
-    if margin is None:
-        raise InputError("this world does not model the cargo, so that no delivery has a margin")
-    return float(margin[0])
 
 
 def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> Met:
@@ -131,7 +117,7 @@ def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> M
     row = delivery.finish().row
     hits = [each for each in delivery.truth.counted_contacts if each.partner is Partner.PEDESTRIAN]
     people_hit = len({each.partner_id for each in hits})
-    return Met(margin_of(row, delivery.parts), people_hit, len(hits))
+    return Met(margin_of(row, delivery.parts.prices), people_hit, len(hits))
 
 
 def _moment(delivery: RunningDelivery, job: Job) -> float:

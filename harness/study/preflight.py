@@ -10,6 +10,7 @@ from harness.episode.factory import Parts
 from harness.episode.files import rules_of
 from harness.episode.places import legs_of, way_there
 from harness.storage.shipped import is_district, is_file, shipped
+from harness.storage.texts import quoted
 from harness.study.compile_ahead import compile_ahead
 from harness.task.mission import CLEARANCE
 from harness.task.stack import ROS2, Stack
@@ -215,7 +216,7 @@ def notes_on_file(nav2: Nav2File, stack: str) -> list[str]:
     if nav2.ignored:
         told.append(f"what has no effect here ({len(nav2.ignored)})")
     first = _first_misspelt(nav2)
-    return [f"{stack}: navbench lint {nav2.path} --full lists {' and '.join(told)}{first}"]
+    return [f"{stack}: navbench lint {quoted(nav2.path)} --full lists {' and '.join(told)}{first}"]
 
 
 def file_notes(nav2: Nav2File) -> list[str]:
@@ -229,7 +230,7 @@ def file_notes(nav2: Nav2File) -> list[str]:
         notes.append(
             f"Nav2 does not know {len(unknown)} of the names in this file, "
             f"and ignores them as we do{_first_misspelt(nav2)}; "
-            f"navbench lint {nav2.path} tells of each"
+            f"navbench lint {quoted(nav2.path)} tells of each"
         )
     return notes
 

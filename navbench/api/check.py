@@ -21,7 +21,7 @@ from harness.analysis.compare import side_of, warnings_of
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.analysis.side import Side
 from harness.economics.prices import Prices
-from harness.economics.valuation import margins
+from harness.economics.valuation import margin_of
 from harness.episode.files import prices_of
 from harness.execution.process_cache import forget_changed
 from harness.meetings.allowed import INSTEAD, require_meetings, why_deliveries
@@ -303,32 +303,23 @@ class Differences:
         self._earned: dict[int, dict[int, float | None]] = {}  # by mission and stack; None: error
 
     def tell(self, looks: Looks) -> None:
-        """Let the looks hear of every mission that both have driven since."""
+        """Let the looks hear of every mission that both have driven since.
+
+        Raises:
+            InputError: the cargo is not modelled.
+        """
         for number in range(self._read, len(self._rows)):
             row = self._rows[number]
             earned = self._earned.setdefault(row["episode"], {})
-            earned[row["stack_number"]] = self._margin(row)
+            earned[row["stack_number"]] = None
+            if row.get("error") is None:
+                earned[row["stack_number"]] = margin_of(row, self._prices)
         self._read = len(self._rows)
         while len(self._earned.get(self._next, ())) == len(SIDES):
             pair = self._earned.pop(self._next)
             self._next += 1
             if pair[0] is not None and pair[1] is not None:
                 looks.add(pair[1] - pair[0])
-
-    def _margin(self, row: Row) -> float | None:
-        """What a delivery earned [USD]; None: it has no result.
-
-        Raises:
-            InputError: its cargo is not modelled.
-        """
-        if row.get("error") is not None:
-            return None
-        margin = margins([row], self._prices)
-        if margin is None:
-            raise InputError(
-                "this world does not model the cargo, so that no delivery has a margin"
-            )
-        return float(margin[0])
 
 
 def written(

@@ -9,8 +9,8 @@ import pytest
 
 from harness.storage.shipped import shipped
 from harness.study.preflight import file_notes
-from navbench.cli.app import main
 from navstack.params.nav2_file.file import load_nav2
+from tests.command import status
 
 FACTS = json.loads(
     (Path(__file__).parents[1] / "economics" / "facts.json").read_text(encoding="utf-8")
@@ -21,12 +21,6 @@ MAP = (
     "free_thresh: 0.25\nnegate: 0\n"
 )
 PGM = b"P5 200 200 255\n" + bytes([254]) * 40_000
-
-
-def status(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(list(arguments))
-    return int(leaving.value.code or 0)
 
 
 def complaint(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -61,7 +55,6 @@ def run_with(folder: Path, **files: str | bytes) -> list[str]:
         (("--seed", "99999999999999999999999"), ("out of range",)),
         (("--pedestrians", "-1"), ("--pedestrians -1", "0 to")),
         (("--workers", "0"), ("--workers 0", "at least 1")),
-        (("--stack", "nav2-gsp"), ("nav2-gsp", "did you mean 'nav2-gps'", "navbench list stacks")),
         (("--map", "sidewlak"), ("sidewlak", "sidewalk")),
         (("--map", "no/such/map.yaml"), ("no/such/map.yaml",)),
         (("--localizer", "gsp"), ("gsp", "ground_truth")),

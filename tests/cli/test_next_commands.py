@@ -5,10 +5,12 @@ from pathlib import Path
 
 import harness
 import navbench
+from navbench.cli.app import COMMANDS
 
-COMMANDS = r"explain|replay|report|price|compare|verify|map losses"
+NAMES = "|".join(re.escape(name) for name in sorted(COMMANDS))
 # a path that stands behind one of them without harness.storage.texts.quoted
-UNQUOTED = re.compile(rf"(--resume|--stack|--map|navbench ({COMMANDS})) \{{(?!quoted\(|shlex)")
+BEFORE = rf"(--resume|--stack|--map|navbench ({NAMES}|map losses))"
+UNQUOTED = re.compile(rf"{BEFORE} \{{(?!quoted\(|shlex)")
 
 
 def test_a_path_in_a_printed_command_is_one_word_to_a_shell() -> None:

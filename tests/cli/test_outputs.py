@@ -187,7 +187,7 @@ def test_what_there_is_has_a_line_each(capsys: pytest.CaptureFixture[str], kind:
         assert sum("(default)" in line for line in lines) == 1
 
 
-def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shell_completes_commands() -> None:
     from click.shell_completion import ShellComplete
 
     from navbench.cli.app import app

@@ -14,7 +14,6 @@ from harness.plan import question as planning
 from harness.plan.path_check import REACH, Obstacles, placements_along
 from harness.plan.question import NAMES, cost_of, make_planner, make_smoother
 from harness.storage.shipped import shipped
-from navbench.cli.app import main
 from navstack.costmap.costmap import Costmap
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.params.nav2_file.file import load_nav2
@@ -24,6 +23,7 @@ from navstack.planning.ompl_planner import OmplPlanner
 from navstack.planning.planner import RobotShape
 from navstack.types import Path as Plan
 from navstack.types import Pose2D
+from tests.command import status
 
 TUNED = shipped("params") / "nav2" / "tuned.yaml"
 MAP = (
@@ -47,9 +47,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def plan(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(["plan", *arguments])
-    return int(leaving.value.code or 0)
+    return status("plan", *arguments)
 
 
 def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
@@ -244,8 +242,8 @@ def test_why_there_is_no_path(
         (("--planner", ","), ("names no planner",)),
         (("--smoother", "Smooth"), ("Smooth", "SimpleSmoother")),
         (("--start", "1,2"), ("1,2", "x,y,yaw")),
-        (("--time", "0"), ("0",)),
-        (("--seed", "-1"), ("-1",)),
+        (("--time", "0"), ("--time", "0")),
+        (("--seed", "-1"), ("--seed", "-1")),
         (("--params", "tunde"), ("tunde", "tuned")),
         (
             (

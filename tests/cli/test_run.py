@@ -121,7 +121,7 @@ def test_an_interrupt_keeps_the_finished_deliveries(
     assert len(journal.read_bytes().splitlines()) == len(read(out))
 
 
-def test_a_run_under_nohup_outlives_its_terminal(tmp_path: Path) -> None:
+def test_a_run_under_nohup_outlives_its_terminal() -> None:
     code = (
         "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from navbench.cli.app "
         "import main\n"

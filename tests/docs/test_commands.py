@@ -172,9 +172,7 @@ def run_script(script: Path, words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=names(PAGES))
-def test_the_program_knows_every_option(
-    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_program_knows_every_option(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     for command in COMMANDS[page]:
         match command.words:

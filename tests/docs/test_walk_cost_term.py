@@ -1,4 +1,4 @@
-"""A stranger's walk: add a cost term, in a copy of the tree, and find it wherever money shows."""
+"""A stranger's walk: add a cost term by three files of a copy; it shows wherever money does."""
 
 import json
 import shutil
@@ -13,7 +13,6 @@ from .test_walks import Walk
 pytestmark = pytest.mark.slow
 
 RUN = f"{ROOT / 'results' / 'baseline' / 'urban' / 'sidewalk_1'}:nav2-gps-ekf"
-MOST_FILES = 3  # of the product that a new term may touch
 FEE = 0.25  # [USD/km]
 
 FORMULA = '''
@@ -65,10 +64,6 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [text for _, text in done]
 
 
-def test_a_cost_term_touches_at_most_three_files() -> None:
-    assert len(EDITS) <= MOST_FILES
-
-
 def test_the_term_stands_in_the_table_and_the_document_of_a_stored_run(
     printed: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -87,4 +82,4 @@ def test_the_term_stands_in_the_table_and_the_document_of_a_stored_run(
 def test_the_term_stands_in_the_papers_table(printed: list[str]) -> None:
     assert "\n  Insurance Fee " in printed[2]
     methods = json.loads(printed[3])["methods"]
-    assert all(method["economics"]["insurance"] >= 0.0 for method in methods.values())
+    assert all(method["economics"]["insurance"] > 0.0 for method in methods.values())

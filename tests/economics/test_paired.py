@@ -239,6 +239,7 @@ def test_the_smallest_detectable_difference_needs_as_many_pairs_as_there_are():
 def test_power_is_what_it_says(n, effect):
     """As many pairs as are needed find a difference of the detectable size four times in five."""
     needed = compared(standardized(2, 500) + effect).needed
+    assert needed == pytest.approx(n, abs=1)
     assert compared(standardized(3, needed)).detectable == pytest.approx(effect, rel=0.02)
     draws = rng(3).normal(effect, 1.0, (2000, needed))
     distances = draws.mean(axis=1) / (draws.std(axis=1, ddof=1) / np.sqrt(needed))

@@ -155,7 +155,7 @@ def test_a_lost_task_is_repeated_once_and_harms_no_other(
         assert "lost 2 times" in finished[1].error and reason in finished[1].error
 
 
-def test_a_worker_killed_between_two_studies_is_replaced(tmp_path: Path) -> None:
+def test_a_worker_killed_between_two_studies_is_replaced() -> None:
     with Workers(1) as workers:
         (first,) = workers.run(process_number, [0])
         assert first.result is not None

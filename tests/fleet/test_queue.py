@@ -10,8 +10,6 @@ from harness.fleet.robots import State
 
 from .given import make_legs, make_library, make_prices, make_settings, simulate_day
 
-MINUTE = 60.0
-
 
 def erlang_c(servers, load):
     """Probability that a customer of an M/M/c queue waits (Erlang 1917)."""

@@ -83,10 +83,11 @@ def test_intervals_hold_what_legs_leave_open():
 @pytest.mark.parametrize("seed", range(8))
 def test_an_interval_holds_its_mean_however_few_the_days(seed):
     study = fleet_of(seed=seed).study(make_library(mixed(12, seed)), 1, 4)
-    for key, estimate in study.estimates.items():
-        mean = estimate.mean
-        if mean.value is not None and mean.low is not None:
-            assert mean.low <= mean.value <= mean.high, key
+    means = {key: estimate.mean for key, estimate in study.estimates.items()}
+    bounded = {key: mean for key, mean in means.items() if mean.low is not None}
+    assert PROFIT in bounded
+    for key, mean in bounded.items():
+        assert mean.value is None or mean.low <= mean.value <= mean.high, key
 
 
 def test_missions_are_resampled_whole():
@@ -138,8 +139,9 @@ def test_more_robots_than_orders_need_do_not_pay():
     points = fleet.curve(library, [(2, 1), (8, 1), (200, 1)], days=2)
     assert [point.robots for point in points] == [2, 8, 200]
     assert points[1].profit > points[0].profit and points[1].profit > points[2].profit
-    best = paying_size(points)
-    assert best is None or best.robots == 8
+    assert paying_size(points) is None, "not even eight earn their days"
+    rich = [dataclasses.replace(point, profit=point.profit + 100.0) for point in points]
+    assert paying_size(rich) is rich[1]
 
 
 @pytest.mark.parametrize(

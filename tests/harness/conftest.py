@@ -1,8 +1,5 @@
 """Run folders without a simulation: rows drawn at random, priced as a run prices them."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -18,7 +15,6 @@ from navstack.params.strict import dump_dataclass
 
 TABLES = {"episodes": EPISODE_COLUMNS, "events": EVENT_COLUMNS, "timings": TIMING_COLUMNS}
 TIMEOUT = 241.0  # [s]
-WorkOnRow = Callable[[dict[str, Any]], None]
 
 
 def _contacts(rng, crowd):

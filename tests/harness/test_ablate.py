@@ -22,6 +22,7 @@ from harness.task.stack import load_stack
 from harness.world.sensors.suite import SensorParams
 from navbench.cli.app import main
 from navstack.params.strict import load_dataclass
+from tests import command
 from tests.rules import short_rules
 
 RULES = short_rules(2.0)
@@ -31,10 +32,7 @@ SAME = ("episodes.parquet", "events.parquet", "summary.json", "ablation.json")
 
 
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as leaving:
-        main(["ablate", *arguments])
-    said = capsys.readouterr()
-    return int(leaving.value.code or 0), said.out, said.err
+    return command.navbench(capsys, "ablate", *arguments)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from harness.ablation.analysis import (
     Ablation,
@@ -114,12 +115,17 @@ def test_without_a_choice_all_localizers_are_arms() -> None:
 
 
 def test_who_reads_no_scan_needs_no_lidar(tmp_path: Path) -> None:
-    text = (shipped("params") / "nav2" / "tuned.yaml").read_text(encoding="utf-8")
+    file = shipped("params") / "nav2" / "tuned.yaml"
+    text = file.read_text(encoding="utf-8")
+    by_monitor = tmp_path / "by_monitor.yaml"
+    by_monitor.write_text(text.replace("observation_sources: scan", 'observation_sources: ""'))
+    nodes = yaml.safe_load(by_monitor.read_text())
+    del nodes["collision_monitor"]
     blind = tmp_path / "blind.yaml"
-    blind.write_text(text.replace("observation_sources: scan", 'observation_sources: ""'))
-    assert drives_by_scan(nav2_parameters(str(shipped("params") / "nav2" / "tuned.yaml"), False))
-    seen = drives_by_scan(nav2_parameters(str(blind), True))
-    assert seen == ("polygons:" in text)  # the collision monitor looks at the scan too
+    blind.write_text(yaml.safe_dump(nodes))
+    assert drives_by_scan(nav2_parameters(str(file), False))
+    assert drives_by_scan(nav2_parameters(str(by_monitor), True))
+    assert not drives_by_scan(nav2_parameters(str(blind), True))
 
 
 @pytest.mark.parametrize(

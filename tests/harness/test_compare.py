@@ -103,6 +103,7 @@ def test_a_run_that_is_given_twice_is_refused(write_run, navbench, tmp_path, com
 def test_a_run_against_itself_differs_in_nothing(write_run):
     run = write_run("a")
     result = compared(run, run)
+    assert {"contribution_margin", "sla"} <= set(result["differences"])
     assert all(
         entry["value"] == 0.0 and entry["p"] == 1.0 and entry["p_holm"] in (None, 1.0)
         for entry in result["differences"].values()

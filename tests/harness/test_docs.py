@@ -18,7 +18,7 @@ DOCUMENTS = [
 def test_links_lead_somewhere_and_nothing_is_left_to_fill_in(document):
     text = document.read_text(encoding="utf-8")
     assert "@@" not in text
-    for link in re.findall(r"\]\(([^)#]+)\)", text):
+    for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", text):
         assert link.startswith("https://") or (document.parent / link).exists(), link
 
 

@@ -66,8 +66,7 @@ def test_recorded_people_are_told_by_their_recording_and_not_by_a_number(
     world.write_text(f"{text}\n", encoding="utf-8")
     about = {**run.about, "people": "plaza.csv"}
     asked = dataclasses.replace(load_run(str(run.folder)), about=about)
-    if "model: replay" in text:
-        assert people_of(asked) == "replayed from plaza.csv"
+    assert people_of(asked) == "replayed from plaza.csv"
 
 
 def test_a_line_says_what_drove_where(write_run):

@@ -11,19 +11,17 @@ from PIL import Image
 from harness.storage.shipped import shipped
 from harness.task.mission import MissionSampler
 from harness.world.map.scene_io import load_scene
-from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import Pose2D
+from tests import command
 
 MAPS = shipped("maps")
 
 
 def status(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(["map", *arguments])
-    return int(leaving.value.code or 0)
+    return command.status("map", *arguments)
 
 
 @pytest.fixture

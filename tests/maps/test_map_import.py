@@ -17,11 +17,11 @@ from harness.world.map.importer import ImportSettings, _zones, import_scene, res
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import polygon_area
 from harness.world.physics.elevation import Elevation
-from navbench.cli.app import main
 from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import Pose2D
+from tests import command
 
 DATA = os.environ.get("NAVSTACK_DATA")
 ORIGIN = Pose2D(-10.0, 5.0)
@@ -29,9 +29,7 @@ R = 0.1  # [m] of the mesh
 
 
 def status(*arguments):
-    with pytest.raises(SystemExit) as leaving:
-        main(["map", "import", *arguments])
-    return int(leaving.value.code or 0)
+    return command.status("map", "import", *arguments)
 
 
 def place():

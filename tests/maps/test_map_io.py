@@ -397,6 +397,7 @@ def test_real_maps_load() -> None:
     files = sorted((Path(os.environ["NAVSTACK_DATA"]) / "ros_maps").glob("*/*.yaml"))
     if not files:
         pytest.skip("NAVSTACK_DATA has no ros_maps")
+    assert set(REAL) <= {file.stem for file in files}
     for file in files:
         grid = load_map(file)
         assert set(np.unique(grid.data)) <= {-1, 0, 100}

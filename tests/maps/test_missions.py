@@ -150,7 +150,7 @@ def test_small_rooms_have_missions_too() -> None:
     assert mission.shortest_path > 1.0
 
 
-def test_the_goals_heading_is_that_of_the_way(missions: list[Mission]) -> None:
+def test_the_goals_heading_is_that_of_the_way() -> None:
     sampler, rng = MissionSampler(room(80, 600)), np.random.default_rng(0)
     for _ in range(10):
         mission = sampler.sample(rng)

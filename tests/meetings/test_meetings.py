@@ -128,13 +128,18 @@ def test_a_rate_with_events_has_the_wider_end() -> None:
 
 
 def test_a_mission_without_a_meeting_counts_as_one_without_a_hit(mission: MissionDrive) -> None:
+    arms = []
+    for arm in mission.arms:
+        hit = dataclasses.replace(arm.met[0], weight=0.5, people_hit=1)
+        arms.append(dataclasses.replace(arm, met=(hit, *arm.met[1:])))
+    mission = dataclasses.replace(mission, arms=tuple(arms))
     nobody = tuple(dataclasses.replace(arm, met=()) for arm in mission.arms)
     strata = np.zeros(0, dtype=np.int64)
     empty = dataclasses.replace(mission, strata=strata, stands_for=np.zeros(0), arms=nobody)
     found, alone = results.result_of([mission, empty]), results.result_of([mission, mission])
     for arm, whole in zip(found.arms, alone.arms, strict=True):
         assert arm.hits.value is not None and whole.hits.value is not None
-        assert arm.hits.value == pytest.approx(0.5 * whole.hits.value)
+        assert arm.hits.value == pytest.approx(0.5 * whole.hits.value) and whole.hits.value > 0.0
 
 
 def test_a_margin_admits_what_the_greatest_loss_costs_once_more(mission: MissionDrive) -> None:

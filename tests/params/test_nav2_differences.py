@@ -260,7 +260,7 @@ def test_parameters_of_spin_belong_to_its_server(inspect):
     }
 
 
-def test_dwb_without_critics_has_the_scales_that_nav2_gives_them(inspect, tmp_path):
+def test_dwb_without_critics_has_the_scales_that_nav2_gives_them(inspect):
     nav2 = inspect(DWB)
     scales = {name: getattr(read_dwb(nav2), name).scale for name in read_dwb(nav2).critics}
     assert scales == {

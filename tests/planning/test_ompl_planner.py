@@ -42,8 +42,6 @@ LONG = RobotShape(np.array(((0.15, 0.25), (0.15, -0.25), (-0.6, -0.25), (-0.6, 0
 START = Pose2D(-1.0, 2.0, 0.3)
 GOAL = Pose2D(5.0, 2.5, 1.1)
 # of the gap in the wall
-CORNER_LEFT = (1.975, 6.0)
-CORNER_RIGHT = (2.125, 6.0)
 # [m] around the wall's top, to within some cells
 SHORTEST = np.hypot(3.0, 4.0) + 0.1 + np.hypot(2.9, 3.5)
 BLOCKED = blocked_table(252, True)

@@ -11,17 +11,11 @@ from harness.episode.street_delivery import DrivenLeg
 from harness.explain.legs import spoiling_leg
 from harness.storage.shipped import shipped
 from harness.world.outcome import Rules
-from navbench.cli.app import main
 from navstack.params.strict import load_dataclass
+from tests.command import status
 from tests.street.town import BOX, small_town
 
 pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
-
-
-def status(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(list(arguments))
-    return int(leaving.value.code or 0)
 
 
 @pytest.fixture(scope="module")

@@ -18,9 +18,9 @@ from harness.street.raster import cells_of
 from harness.street.rules import tagged_length
 from harness.world.map.scene_io import load_scene
 from harness.world.map.shapes import Rect
-from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import FREE
 from navstack.errors import InputError, MapError
+from tests import command
 from tests.street.town import BOX, Town, small_town
 
 pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
@@ -32,9 +32,7 @@ def district_of(town: Town, folder: Path, seed: int = 0) -> District:
 
 
 def status(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(["map", *arguments])
-    return int(leaving.value.code or 0)
+    return command.status("map", *arguments)
 
 
 @pytest.fixture

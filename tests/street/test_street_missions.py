@@ -35,21 +35,15 @@ from harness.world.map.tiles import load_part
 from harness.world.outcome import Rules
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.world import Legacy
-from navbench.cli.app import main
 from navstack.errors import InputError, MapError
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
+from tests.command import status
 from tests.episode.test_stack_errors import Fails
 from tests.street.town import BOX, small_town
 
 pytest.importorskip("osmium", reason="needs osmium (pip install 'navbench[street]')")
-
-
-def status(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as leaving:
-        main(list(arguments))
-    return int(leaving.value.code or 0)
 
 
 @pytest.fixture(scope="module")

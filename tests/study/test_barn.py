@@ -22,9 +22,9 @@ from harness.study.barn import (
     score,
     score_of,
 )
-from navbench.cli.app import main
 from navstack.costmap.occupancy_grid import OCCUPIED
 from navstack.errors import InputError
+from tests import command
 
 DATA = os.environ.get("NAVSTACK_DATA")
 MODEL = """<model name='unit_cylinder_{n}'><pose frame=''>{x} {y} 0 0 0 0</pose>
@@ -249,10 +249,7 @@ def test_a_study_that_is_refused_takes_its_maps_away_and_keeps_those_of_others(
 
 
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as leaving:
-        main(["suite", "barn", "--workers", "1", *arguments])
-    told = capsys.readouterr()
-    return int(leaving.value.code or 0), told.out, told.err
+    return command.navbench(capsys, "suite", "barn", "--workers", "1", *arguments)
 
 
 def test_worlds_are_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,6 +21,7 @@ from navstack.costmap.map_io import save_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import ParameterError
 from navstack.types import Pose2D
+from tests import command
 from tests.rules import short_rules
 from tools.pack_runs import pack
 
@@ -86,10 +87,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory, driven_in_process: Here) ->
 
 
 def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as leaving:
-        main(["suite", *arguments])
-    said = capsys.readouterr()
-    return int(leaving.value.code or 0), said.out, said.err
+    return command.navbench(capsys, "suite", *arguments)
 
 
 def test_the_example_is_a_suite() -> None:

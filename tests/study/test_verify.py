@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from harness.metrics.columns import EPISODE_COLUMNS
-from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
+from harness.storage.checksums import changed_files, write_checksums
 from harness.storage.new_run import create_run
 from harness.storage.run_folder import RunFolder
 from harness.storage.shipped import shipped
@@ -21,15 +21,7 @@ from harness.study.consistency import _in_timings, _is_recording_of
 from harness.study.drive import TABLES
 from harness.study.verification import _are_told, _is_recorded
 from navbench.cli.app import main
-
-EDITS = 20
-
-
-def navbench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
-    with pytest.raises(SystemExit) as leaving:
-        main(list(arguments))
-    told = capsys.readouterr()
-    return int(leaving.value.code or 0), told.out, told.err
+from tests.command import navbench
 
 
 @pytest.fixture(autouse=True)
@@ -91,32 +83,6 @@ def test_a_delivery_that_comes_out_otherwise_is_told(
         and out.count("parked") >= 3
         and out.count("comes out otherwise: shortest_path_m") >= 3
     )
-
-
-@pytest.mark.parametrize("number", range(EDITS))
-def test_a_random_edit_is_noticed(
-    run: Path,
-    capsys: pytest.CaptureFixture[str],
-    number: int,
-) -> None:
-    rng = np.random.default_rng(number)
-    files = sorted(file for file in run.rglob("*") if file.is_file())
-    file = files[rng.integers(len(files))]
-    what = ("byte", "removed", "another", "cut")[rng.integers(4)]
-    if what == "byte":
-        content = bytearray(file.read_bytes())
-        content[rng.integers(len(content))] ^= 1 << int(rng.integers(8))
-        file.write_bytes(content)
-    elif what == "removed":
-        # without it the run is one of an earlier version
-        file = file if file.name != CHECKSUMS else run / "run.json"
-        file.unlink()
-    elif what == "another":
-        (run / "params" / "people.csv").write_text("id,t,x,y\n1,0,0,0\n")
-    else:
-        file.write_bytes(file.read_bytes()[:-3])
-    status, out, error = navbench(capsys, "verify", str(run), "--sample", "0")
-    assert status == 1 and (out + error).count("\n") >= 1, (what, file.name)
 
 
 def test_a_changed_run_goes_on_only_when_that_is_forced(

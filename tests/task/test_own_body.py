@@ -188,7 +188,7 @@ def test_it_drives_and_stays_upright(file, shape):
     assert math.hypot(end.x - begin.x, end.y - begin.y) > 0.2
 
 
-def test_files_of_one_name_drive_each_their_own_robot(file, tmp_path: Path) -> None:
+def test_files_of_one_name_drive_each_their_own_robot(file) -> None:
     old = load_stack(file("robot_radius: 0.1"))
     new = load_stack(file("robot_radius: 0.4"))
     assert Path(old.robot).name == Path(new.robot).name == "mine-robot.yaml"

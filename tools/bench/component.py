@@ -6,11 +6,9 @@ an AMD EPYC virtual machine with 2 cores; medians with a noise of 5 to 10 %, gri
 for 4000 x 4000. Most of them stand in the golden vectors, too (``timing_ms`` in their facts).
 """
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +18,7 @@ from navstack.costmap.map_io import load_map
 from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import NavstackError
 from tools.bench.timing import Step
-from tools.parity.golden import GoldenFile
+from tools.parity.golden import GoldenFile, golden_folder
 
 TWIN = "numpy twin"
 MEASURED = "measured in turn in this run; results agree"
@@ -88,12 +86,6 @@ def golden(name: str) -> GoldenFile:
         GoldenError: it cannot be read.
     """
     return GoldenFile(golden_folder() / f"{name}.npz")
-
-
-def golden_folder() -> Path:
-    """Where the golden vectors are: ``NAVSTACK_GOLDEN``, else ``tests/golden`` of a checkout."""
-    usual = Path(__file__).resolve().parents[2] / "tests" / "golden"
-    return Path(os.environ.get("NAVSTACK_GOLDEN") or usual)
 
 
 @lru_cache(maxsize=4)

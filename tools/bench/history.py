@@ -117,12 +117,12 @@ def load() -> float:
     return os.getloadavg()[0]
 
 
-def commit(folder: Path | None = None) -> str:
+def commit() -> str:
     """The commit of the program's checkout, with a + where files differ from it.
 
     ``--`` outside a checkout.
     """
-    folder = folder or Path(__file__).resolve().parents[2]
+    folder = Path(__file__).resolve().parents[2]
     found = _git(folder, "rev-parse", "--short=9", "HEAD")
     if found is None:
         return UNKNOWN

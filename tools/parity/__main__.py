@@ -3,7 +3,6 @@
 The certificate that navstack computes what Nav2's own C++ computes.
 """
 
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,9 +17,8 @@ from navbench.cli.app import main
 from navbench.cli.options import JSON
 from navbench.cli.streams import print_json
 from tools.parity.certificate import PartResult, certify, document, passes
-from tools.parity.golden import GoldenError, read_folder
+from tools.parity.golden import GoldenError, golden_folder, read_folder
 
-DEFAULT_FOLDER = Path("tests/golden")
 TITLE = "Parity with Nav2's own C++: recorded inputs, run through navstack"
 HEADERS = (
     *("Part", "Cases", "Equal", "Explained", "Unexplained", "Not compared", "Largest deviation"),
@@ -68,11 +66,6 @@ def parity(folder: Path | None, as_json: bool) -> None:
     said = f"{len(deviations) - lost} unexplained deviations, {lost} cases that cannot be compared"
     sys.stderr.write(f"navbench: no parity: {said}; the certificate names them\n")
     sys.exit(1)
-
-
-def golden_folder() -> Path:
-    """The folder of golden vectors: ``NAVSTACK_GOLDEN``, else ``tests/golden``."""
-    return Path(os.environ.get("NAVSTACK_GOLDEN") or DEFAULT_FOLDER)
 
 
 def print_certificate(results: Sequence[PartResult], console: Console) -> None:

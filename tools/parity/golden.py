@@ -1,6 +1,7 @@
 """Golden vectors: inputs and outputs of Nav2's own C++, recorded in ``.npz`` files."""
 
 import json
+import os
 import zipfile
 import zlib
 from pathlib import Path
@@ -23,6 +24,12 @@ _UNREADABLE = (
 
 class GoldenError(InputError):
     """A folder or a file of golden vectors cannot be used."""
+
+
+def golden_folder() -> Path:
+    """Where the golden vectors are: ``NAVSTACK_GOLDEN``, else ``tests/golden`` of a checkout."""
+    usual = Path(__file__).resolve().parents[2] / "tests" / "golden"
+    return Path(os.environ.get("NAVSTACK_GOLDEN") or usual)
 
 
 class GoldenFile:

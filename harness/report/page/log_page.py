@@ -60,7 +60,7 @@ def log_page(
     text = markdown_text([Text("What the drive cost", "heading"), *lines])
     _, parts = sections(text, Path())
     label = Path(log.files).name or log.files
-    shown = _replay(label, log, cost, scene, robot, person_radius)
+    shown = _replay(log, cost, scene, robot, person_radius)
     more = {"sections": parts, "lede": LEDE, "made": version("navbench")}
     return page_text(
         "study",
@@ -93,7 +93,6 @@ def require_shown(log: DriveLog) -> None:
 
 
 def _replay(
-    label: str,
     log: DriveLog,
     cost: DriveCost,
     scene: Scene,

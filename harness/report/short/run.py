@@ -151,11 +151,11 @@ def _below(columns: Sequence[Column]) -> list[list[str]]:
     return [[BRACKETS, *(row.label for row in shown)], *lines]
 
 
-def aligned(rows: Sequence[Sequence[str]], gap: int = 2) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows of cells as lines: the first column to the left, the others to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = []
     for first, *others in rows:
-        cells = [cell.rjust(width + gap) for cell, width in zip(others, widths[1:], strict=True)]
+        cells = [cell.rjust(width + 2) for cell, width in zip(others, widths[1:], strict=True)]
         lines.append((first.ljust(widths[0]) + "".join(cells)).rstrip())
     return lines

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import distance_transform_edt, label
+from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, string_pull
+from harness.world.map.sidewalk import largest_part
 from harness.world.people.walk_kernels import BLOCKED, find_path
 from navstack.costmap.field_cache import cached_array, content_key
 from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
@@ -52,7 +53,7 @@ class WalkingNetwork:
         # [m] of a centre to the edge
         clearance = _edge_distances(free) * self._cell - 0.5 * self._cell
         for kept in (agent_radius, 0.5 * agent_radius, 0.0):
-            self._free = _largest_part(free & (clearance >= kept - 1e-9))
+            self._free = largest_part(free & (clearance >= kept - 1e-9))
             self.agent_radius = kept  # [m] that is really kept
             if self._free.sum() >= _ENOUGH * free.sum():
                 break
@@ -149,15 +150,6 @@ def _coarsen(free: BoolArray, factor: int) -> BoolArray:
     blocks = padded.reshape(height, factor, width, factor).all(axis=(1, 3))
     coarse: BoolArray = np.pad(blocks, _BORDER)
     return coarse
-
-
-def _largest_part(free: BoolArray) -> BoolArray:
-    """The largest 4-connected part: what the moves of the search connect."""
-    parts, number = label(free)
-    if number == 0:
-        return free
-    largest: BoolArray = parts == np.bincount(parts.ravel())[1:].argmax() + 1
-    return largest
 
 
 def _edge_distances(free: BoolArray) -> FloatArray:

@@ -11,7 +11,7 @@ from navstack.control.dwb.kernels import roll_out, step_counts
 from navstack.control.dwb.velocity_samples import combine
 from navstack.errors import UnknownNameError
 from navstack.params.dwb import DwbParams
-from navstack.types import BoolArray, FloatArray, IntArray, Pose2D, Twist2D
+from navstack.types import FloatArray, IntArray, Pose2D, Twist2D
 
 STANDARD = "dwb_plugins::StandardTrajectoryGenerator"
 LIMITED_ACCEL = "dwb_plugins::LimitedAccelGenerator"
@@ -62,11 +62,6 @@ class Rollouts:
     def yaw(self) -> FloatArray:
         """(K, T) in [rad], not wrapped."""
         return self._poses[2]
-
-    @property
-    def is_pose(self) -> BoolArray:
-        """Which places of the rows (K, T) hold poses; the others repeat the last one."""
-        return np.arange(self.x.shape[1]) < self.lengths[:, None]
 
     def yaw_at(self, time: float) -> FloatArray:
         """Heading (K,) in [rad] after ``time`` seconds, interpolated between the poses."""

@@ -19,7 +19,6 @@ SPACE = Space(
         Parameter("fast", ("node.fast",), False, choices=(False, True)),
     ),
 )
-BEST = {"x": 0.3, "scale": 10.0, "count": 6, "fast": True}
 
 
 @dataclass
@@ -27,6 +26,7 @@ class MadeUp:
     """Contacts grow more with the distance from the optimum; counts what it drives."""
 
     failing: str = ""  # name of a candidate whose episodes have errors
+    rash_within: float = 0.0  # of the optimum: who is that near earns much, and is late more often
     driven: dict[object, Row] = field(default_factory=dict)
     stop_after: int | None = None  # episodes, then an interrupt
 
@@ -51,10 +51,12 @@ class MadeUp:
         off += abs(float(point["count"]) - 6.0) / 8.0 + (0.0 if point["fast"] else 0.3)
         danger = float(np.random.default_rng(mission).random())
         contacts = int(danger < off / 2.0)
-        outcome = "timeout" if danger > 0.97 else "sla"
+        is_rash = off < self.rash_within
+        is_late = danger > (0.8 if is_rash else 0.97)
+        outcome = "timeout" if is_late else "sla"
         return {
             "error": None,
             "outcome": outcome,
             "duration_s": 60.0 + off,
-            MARGIN: 3.49 - 40.0 * contacts - 0.01 * off,
+            MARGIN: 3.49 + 1000.0 * is_rash - 40.0 * contacts - 0.01 * off,
         }

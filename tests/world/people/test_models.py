@@ -146,7 +146,7 @@ def test_people_are_chosen_on_the_command_line(tmp_path):
     assert (replayed.model, replayed.replay.file) == ("replay", str(file))
 
 
-def test_a_recording_is_found_beside_its_world_file(tmp_path, monkeypatch):
+def test_a_recording_is_found_beside_its_world_file(tmp_path):
     (tmp_path / "people.csv").write_text(PARALLEL)
     world = tmp_path / "mine.yaml"
     world.write_text(

@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_edt
 
 from harness.task.shortest_paths import distance_field, path_length
 from harness.world.people.params import PedestrianParams
-from harness.world.people.pedestrians import PedestrianModel, RandomWalkPedestrians
+from harness.world.people.pedestrians import RandomWalkPedestrians
 from harness.world.people.routes import WalkingNetwork
 from harness.world.people.walk_kernels import (
     BLOCKED,
@@ -313,7 +313,3 @@ def test_a_map_without_walkable_cells_is_an_error():
 def test_impossible_people_are_refused(change):
     with pytest.raises(ParameterError, match="pedestrians"):
         dataclasses.replace(PedestrianParams(), **change)
-
-
-def test_it_is_a_pedestrian_model(crowd):
-    assert isinstance(crowd, PedestrianModel)
