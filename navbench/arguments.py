@@ -64,10 +64,26 @@ def _options(function: Callable[..., Any], options: dict[str, Any], hint: Any) -
     """The options that a function hands on: of any kind to ``make_study``, which says which."""
     if hint is not Any:
         return {name: _taken(name, value, hint) for name, value in options.items()}
+    return study_options(function, options)
+
+
+def study_options(
+    function: Callable[..., Any], options: dict[str, Any], without: Collection[str] = ()
+) -> dict[str, Any]:
+    """Options that a function or class hands on to ``make_study``, as that asks for them.
+
+    Args:
+        function: that was given them.
+        options: by name.
+        without: names of options that it does not have.
+
+    Raises:
+        InputError: there is no such option, or it is of another kind.
+    """
     from harness.task.study import make_study
 
     hints = {**hints_of(make_study), "map": str}
-    for name in SET_BY_ALL:
+    for name in (*SET_BY_ALL, *without):
         del hints[name]
     taken = {}
     for name, value in options.items():

@@ -28,6 +28,7 @@ from harness.storage.shipped import DEFAULT_WORLD, is_district
 from harness.task.camera_params import CameraParams
 from harness.task.study import make_study
 from harness.world.sensors.suite import SensorParams
+from navbench.arguments import study_options
 from navstack.errors import InputError
 from navstack.params.strict import load_dataclass
 from navstack.types import FloatArray, Twist2D
@@ -46,6 +47,8 @@ ID = "navbench/Delivery-v0"
 MOST_PEOPLE = 8  # nearest ones, in the observation
 FAR = 1e4  # [m] that no map exceeds
 FASTEST = 100.0  # [m/s] or [rad/s] that nothing exceeds
+MOST_DRAWN = 2**31  # seeds, where none is given
+NOT_OF_AN_ENVIRONMENT = ("episodes", "only", "record")  # options of a run
 Observed = dict[str, npt.NDArray[np.float32] | Image]
 
 
@@ -73,6 +76,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         world: str = DEFAULT_WORLD,
         sees_people: bool = False,
         camera: CameraParams | None = None,
+        render_mode: None = None,
         **options: Any,
     ) -> None:
         """Make the world.
@@ -85,11 +89,19 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
             sees_people: whether the observation has people.
             camera: whose pictures the observation has as ``image``, e.g. ``CameraParams(160,
                 120)``; None: that of the stack's file, which may have none.
-            options: as of :func:`navbench.run`, such as ``pedestrians`` or ``prices``.
+            render_mode: None: nothing is drawn.
+            options: as of :func:`navbench.run`, such as ``pedestrians`` or ``prices``; deliveries
+                and records are not chosen here.
 
         Raises:
             InputError: something that was given cannot be used.
         """
+        if render_mode is not None:
+            raise InputError(
+                f"render_mode={render_mode!r}: an environment draws nothing; leave it out, and "
+                "look at deliveries with navbench replay"
+            )
+        options = study_options(DeliveryEnv, options, NOT_OF_AN_ENVIRONMENT)
         forget()  # files may have changed since another environment
         study = make_study(
             stacks=[stack], episodes=1, map_name=map, world=world, workers=1, **options
@@ -130,6 +142,7 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         self.observation_space = spaces.Dict(seen)
         self.delivery: RunningDelivery | None = None
         self._is_over, self._is_closed = True, False
+        self._has_seed = "seed" in options
 
     @property
     def seen(self) -> PolicyObservation:
@@ -141,22 +154,27 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
     ) -> tuple[Observed, dict[str, Any]]:
         """Begin a delivery: number 0 of a new ``seed``, else the next one.
 
-        ``options={"episode": k}`` chooses.
+        ``options={"episode": k}`` chooses. Where nobody ever chose a seed it is drawn from the
+        machine's entropy, as Gymnasium has it, so that environments side by side differ; ``info``
+        tells it.
 
         Raises:
             InputError: a seed or number that is out of range.
         """
-        super().reset(seed=seed)
         self._require_open()
+        if seed is not None and seed < 0:
+            raise InputError(f"seed={seed}: give 0 or more")
+        super().reset(seed=seed)
         known = self._task
+        if seed is None and not options and not self._has_seed:
+            seed = int(self.np_random.integers(MOST_DRAWN))
         episode = 0
         if seed is None:
-            episode = known.episode + 1
+            seed, episode = known.seed, known.episode + 1
         if options:
             episode = _episode_of(options)
-        self._task = dataclasses.replace(
-            known, seed=known.seed if seed is None else seed, episode=episode
-        )
+        self._has_seed = True
+        self._task = dataclasses.replace(known, seed=seed, episode=episode)
         self.delivery = RunningDelivery(self._task, lambda parts, world: self._brain, self._world)
         self._dollars = Dollars(self.delivery.parts.prices, self.delivery.truth)
         self._brain.sense(self.delivery.observation)
@@ -184,14 +202,15 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
         speed, yaw_rate = (np.clip(numbers, -1.0, 1.0) * self.fastest).tolist()
         brain.command = Twist2D(speed, 0.0, yaw_rate)
         delivery.drive(brain.command)
-        while (verdict := delivery.verdict) is None and not brain.sense(delivery.observation):
+        while delivery.verdict is None and not self._is_due(delivery):
             delivery.drive(brain.command)
+        verdict = delivery.verdict
         dollars = self._dollars.since(delivery.truth)
         info: dict[str, Any] = {"dollars": dollars}
         if verdict is not None:
             self._is_over = True
             finished = delivery.finish()
-            brain.sense(delivery.observation)  # what arrived in the last tick
+            self._is_due(delivery)  # what arrived in the last tick
             for term, amount in self._dollars.settle(finished).items():
                 dollars[term] += amount
             info |= {
@@ -200,6 +219,14 @@ class DeliveryEnv(gymnasium.Env[Any, Any]):
                 "events": finished.events,
             }
         return self._observed(), sum(dollars.values()), verdict is not None, False, info
+
+    def _is_due(self, delivery: RunningDelivery) -> bool:
+        """Take in what arrived; whether an action is due, or the stack's senses failed."""
+        try:
+            return self._brain.sense(delivery.observation)
+        except Exception as error:  # whatever a localizer raises
+            delivery.fail(error)
+            return True
 
     def close(self) -> None:
         """Free the world; the environment cannot be used afterwards."""

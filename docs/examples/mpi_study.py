@@ -22,6 +22,12 @@ from harness.study.drive import TABLES, drive_missing, finish
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
 from navbench.api.progress import say
+from navstack.errors import InputError, NavstackError
+
+
+def asked(study: Study) -> tuple[object, ...]:
+    """What makes two studies the same."""
+    return study.episodes, study.template.seed, parameters(study)
 
 
 def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
@@ -30,12 +36,18 @@ def drive(executor: Executor, at_once: int, study: Study, path: Path) -> None:
     Args:
         executor: whose workers are processes with one thread each.
         at_once: number of its workers.
-        study: to be driven, unless the folder has one already.
+        study: to be driven.
         path: of the folder.
+
+    Raises:
+        InputError: the folder has another study.
     """
     if not (path / MANIFEST).is_file():
         create_run(path, about(study, sys.argv), parameters(study))
-    study = load_study(path)
+    begun = load_study(path)
+    if asked(begun) != asked(study):
+        raise InputError(f"'{path}' has another study; give what it began with, or another --out")
+    study = begun
     with RunFolder(path, TABLES, study.total) as folder:
         if not folder.is_closed:
             with Workers(at_once, lambda: Place(executor.submit)) as workers:
@@ -55,6 +67,18 @@ def main() -> None:
     parser.add_argument("--rules", default="costnav")
     parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args()
+    try:
+        begin(given)
+    except NavstackError as error:
+        sys.exit(f"mpi_study: {error}")
+
+
+def begin(given: argparse.Namespace) -> None:
+    """Drive what was asked for.
+
+    Raises:
+        NavstackError: it cannot be.
+    """
     from mpi4py.futures import MPIPoolExecutor
 
     study = make_study(

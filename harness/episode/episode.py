@@ -104,7 +104,7 @@ class RunningDelivery:
         try:
             self.brain.reset(self.mission.goal, believed, brain_rngs(generators))
         except Exception as error:  # whatever a stack or a policy raises
-            self._fail(error)
+            self.fail(error)
             self.brain = Parked()
         self._log = DeliveryLog(self.world.truth, self.parts.scene, _body(self.parts))
         self._delay = PedestrianDelay(self.world.people, self.world.truth, *self.world.tick)
@@ -134,11 +134,16 @@ class RunningDelivery:
         try:
             command = self.brain.tick(self.observation)
         except Exception as error:  # whatever a stack or a policy raises
-            self._fail(error)
+            self.fail(error)
         else:
             self.drive(command)
 
-    def _fail(self, error: Exception) -> None:
+    def fail(self, error: Exception) -> None:
+        """End the delivery, which has failed by what its stack raised.
+
+        Raises:
+            MemoryError, OSError: the machine is to blame.
+        """
         if isinstance(error, OF_THE_MACHINE):
             raise error
         self._failure = clean_text(f"{type(error).__name__}: {error}")

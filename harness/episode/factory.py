@@ -1,6 +1,7 @@
 """From a task to a world and a brain; what belongs to a map is made once per process."""
 
 import contextlib
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -174,6 +175,8 @@ class Parts:
         if stack.nav2_file:
             rate = self.params.physics.rate
             steps = _steps_per_tick_of(stack.nav2_file, task.allow_unknown, rate)
+        if stack.is_policy:
+            steps = math.gcd(steps, max(int(rate / stack.policy.rate), 1))
         return (
             self._place,
             task.world,
@@ -292,10 +295,9 @@ def _policy_brain(
     allow_unknown: bool,
     persons: PedestrianParams,
 ) -> PolicyBrain:
-    """A stack's policy, loaded."""
+    """A stack's policy, which its first delivery loads."""
     senses = senses_on(
         scene_of(place), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons
     )
     policy = PolicyProcess(stack.navigator, stack.policy)
-    policy.start()
     return PolicyBrain(senses, stack.policy.rate, policy, WaypointFollower(stack.policy.speed))

@@ -83,6 +83,15 @@ class PolicyBrain(SteeredBrain):
         self._watch = Stopwatch()
         self._follows = False
 
+    def try_out(self) -> None:
+        """Load the policy and let it go: each process that drives has its own.
+
+        Raises:
+            PolicyError: it cannot be loaded.
+        """
+        self._policy.start()
+        self._policy.close()
+
     @property
     def latencies(self) -> Latencies:
         """How long the policy took to answer, in wall time."""

@@ -48,7 +48,7 @@ class Policy(Protocol):
     def reset(self, seed: int) -> None:
         """Start a delivery.
 
-        All chance is to be drawn from ``seed``, so that the delivery repeats.
+        All chance is to be drawn from ``seed``, 0 to 2**63 - 1, so that the delivery repeats.
         """
 
     def act(self, observation: PolicyObservation) -> FloatArray:

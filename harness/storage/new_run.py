@@ -1,9 +1,10 @@
 """A run folder as it begins: its name, its manifest and its parameters."""
 
+import contextlib
 import itertools
 import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from harness.storage.checksums import write_checksums
@@ -31,17 +32,43 @@ MEETINGS_FILE = "missions.jsonl"  # of a study by meetings, in place of tables
 TUNING_DOCUMENT, TUNED_STACK = "tune.json", "tuned.yaml"
 
 
-def default_folder(name: str) -> Path:
-    """``results/<time>-<name>`` below the current directory; a long name is cut.
+@contextlib.contextmanager
+def output_folder(out: Path | None, name: str) -> Iterator[Path]:
+    """The folder that a user gave for what is to be written, or a new one.
 
-    Where there is one of the same second, with a number behind it.
+    The new one goes again where nothing is written.
+
+    Args:
+        out: what was given; None: ``results/<time>-<name>`` below the current directory; where
+            there is one of the same second, with a number behind it.
+        name: of what is written; a long one is cut.
+
+    Raises:
+        InputError: nothing can be written there.
     """
-    first = Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name[:LONGEST]}"
+    if out is not None:
+        yield out
+        return
+    folder = _claimed(Path("results") / f"{time.strftime('%Y%m%d-%H%M%S')}-{name[:LONGEST]}")
+    try:
+        yield folder
+    finally:
+        with contextlib.suppress(OSError):  # something is in it
+            folder.rmdir()
+            folder.parent.rmdir()
+
+
+def _claimed(first: Path) -> Path:
+    """A new folder of this name, or with a number behind it, which no other program has."""
+    require_folder(first)
     folder = first
-    for number in itertools.count(2):
-        if not folder.exists():
-            break
-        folder = first.with_name(f"{first.name}-{number}")
+    with writing(first):
+        first.parent.mkdir(exist_ok=True)
+        for number in itertools.count(2):
+            with contextlib.suppress(FileExistsError):
+                folder.mkdir()
+                break
+            folder = first.with_name(f"{first.name}-{number}")
     return folder
 
 

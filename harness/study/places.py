@@ -1,6 +1,7 @@
 """The workers of a study: processes of this machine, or those of a Dask cluster."""
 
 import contextlib
+import multiprocessing
 import re
 import sys
 from collections.abc import Iterator, Mapping
@@ -35,7 +36,8 @@ class Where:
         """Check that the options fit, and what can be known of a cluster without asking it.
 
         Raises:
-            InputError: they do not, or the scheduler cannot be reached.
+            InputError: they do not, this process may start no workers, or the scheduler cannot be
+                reached.
         """
         if self.executor == "dask" and not self.scheduler:
             raise InputError("--executor dask needs a scheduler; give --scheduler tcp://HOST:8786")
@@ -45,6 +47,11 @@ class Where:
             )
         if self.scheduler:
             _check_scheduler(self.scheduler)
+        elif multiprocessing.current_process().daemon:
+            raise InputError(
+                "this is a daemonic process, as of multiprocessing.Pool, which may start no "
+                "workers; call from one of concurrent.futures.ProcessPoolExecutor"
+            )
 
     @property
     def is_local(self) -> bool:
@@ -130,7 +137,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
     from harness.storage.new_run import MANIFEST
     from harness.storage.parameters import parameter_folder
     from harness.storage.shipped import district_files
-    from harness.task.stack import policy_files
+    from harness.task.stack import policy_files, policy_module
     from navstack.costmap.map_io import load_metadata
     from navstack.params.nav2_file.views import read_costmap, read_masks
 
@@ -138,7 +145,7 @@ def files_of(folder: Path, study: "Study") -> Iterator[Path]:
     yield from (path for path in parameter_folder(folder).iterdir() if path.is_file())
     maps = {Path(study.template.map_name)} if Path(study.template.map_name).is_absolute() else set()
     for stack in study.stacks:
-        yield from policy_files(stack)
+        yield from (*policy_files(stack), *policy_module(stack))
         if stack.nav2_file:
             nav2 = nav2_parameters(stack.nav2_file, study.template.allow_unknown)
             for costmap in ("local_costmap", "global_costmap"):

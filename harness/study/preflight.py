@@ -9,9 +9,12 @@ import numpy as np
 from harness.episode.factory import Parts
 from harness.episode.files import rules_of
 from harness.episode.places import legs_of, way_there
+from harness.policy.brain import PolicyBrain
+from harness.policy.interface import PolicyError
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.storage.texts import quoted
 from harness.study.compile_ahead import compile_ahead
+from harness.task.brain import Brain
 from harness.task.mission import CLEARANCE
 from harness.task.stack import ROS2, Stack
 from harness.task.study import RECORDS, Study
@@ -51,7 +54,7 @@ def check(study: Study) -> list[str]:
     if study.template.start is None:
         notes += start_notes(study.stacks, [parts.robot for parts in deliveries])
     for stack, parts in zip(study.stacks, deliveries, strict=True):
-        parts.brain(parts.world())
+        _try_out(parts.brain(parts.world()))
         if parts is deliveries[0]:
             notes += crowd_notes(study, parts) + leg_notes(study)
         notes += sensor_notes(stack, parts.scene)
@@ -62,6 +65,19 @@ def check(study: Study) -> list[str]:
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
     return notes
+
+
+def _try_out(brain: Brain) -> None:
+    """Load a policy, where one drives.
+
+    Raises:
+        InputError: it cannot be loaded.
+    """
+    if isinstance(brain, PolicyBrain):
+        try:
+            brain.try_out()
+        except PolicyError as error:
+            raise InputError(str(error)) from None
 
 
 def _first_delivery(study: Study, number: int) -> Parts:

@@ -22,7 +22,7 @@ from harness.report.page.document import write_study_page
 from harness.storage.documents import write_document
 from harness.storage.files import nearby
 from harness.storage.manifest_file import require_study, share_out, shared_within
-from harness.storage.new_run import ABLATION, create_run, default_folder, require_usable
+from harness.storage.new_run import ABLATION, create_run, output_folder, require_usable
 from harness.storage.texts import name_of
 from harness.study.manifest import about, load_study, parameters, version_notes
 from harness.study.places import Where
@@ -110,13 +110,13 @@ def ablate(
         study = dataclasses.replace(study, counts=(min(FIRST, study.episodes),) * len(arms))
     if estimator == MEETINGS:
         require_arms(study, where)
-    path = out or default_folder(f"ablate-{name}")
-    require_usable(path)
     # all arms share the Nav2 file and the robot that notes are about
     own = f"{first}: "
-    notes = [note for note in check(study) if note.startswith(own)]
-    texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
-    create_run(path, about(study, sys.argv), texts)
+    with output_folder(out, f"ablate-{name}") as path:
+        require_usable(path)
+        notes = [note for note in check(study) if note.startswith(own)]
+        texts = {**parameters(study), ABLATION: dump_dataclass(declaration)}
+        create_run(path, about(study, sys.argv), texts)
     found = _drive(path, declaration, where)
     told = [f"{name}: {note.removeprefix(own)}" for note in notes]
     return dataclasses.replace(found, notes=tuple(told))

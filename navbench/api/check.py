@@ -33,7 +33,7 @@ from harness.report.short.meetings import meetings_markdown
 from harness.storage.documents import write_file
 from harness.storage.files import require_writable
 from harness.storage.manifest_file import read_manifest, require_study
-from harness.storage.new_run import CHECK, create_run, default_folder, require_usable
+from harness.storage.new_run import CHECK, create_run, output_folder, require_usable
 from harness.storage.run_folder import RunFolder
 from harness.storage.texts import name_of, quoted
 from harness.study.drive import TABLES, driven, finish, require_own
@@ -135,11 +135,11 @@ def check(
     declaration = dataclasses.replace(declaration, estimator=_estimator(estimator, study, where))
     if is_same(study):
         return written(CheckResult(declaration, None), markdown)
-    path = out or default_folder(f"check-{name_of(new)}")
-    require_usable(path)
-    notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
-    texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
-    create_run(path, about(study, sys.argv), texts)
+    with output_folder(out, f"check-{name_of(new)}") as path:
+        require_usable(path)
+        notes = [note for note in notes_of(study) if not note.startswith(SIDES[0])]
+        texts = {**parameters(study), CHECK: dump_dataclass(declaration)}
+        create_run(path, about(study, sys.argv), texts)
     found = _driven(path, declaration, where, budget)
     return written(dataclasses.replace(found, notes=tuple(notes)), markdown, path)
 

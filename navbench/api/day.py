@@ -16,7 +16,7 @@ from harness.fleet.settings import FleetSettings, is_setting, load_settings
 from harness.fleet.study import DAYS, RESAMPLES
 from harness.report.fleet.page import write_fleet_page
 from harness.storage.documents import write_document
-from harness.storage.new_run import default_folder, require_usable
+from harness.storage.new_run import output_folder, require_usable
 from navbench.api.progress import count_shown
 from navbench.api.report import today
 from navbench.api.runs import Run
@@ -80,8 +80,6 @@ def day(
         raise InputError(f"{days} days cannot be simulated; give 1 to {MOST_DAYS}")
     if seed < 0:
         raise InputError(f"seed {seed} is negative; give 0 or more")
-    folder = out or default_folder("day")
-    require_usable(folder)
     fleet, at = _chosen(legs[0], settings, values or {}, prices)
     runs = [each for each in (legs, legs_b) if each]
     libraries = [library_of([run.stored for run in own], at.prices) for own in runs]
@@ -92,11 +90,13 @@ def day(
         ]
     sources = [", ".join(str(run.folder) for run in own) for own in runs]
     total = len(runs) * simulated_days(fleet, days, resamples)
-    with count_shown("days", total) as tell:
-        result = simulate(libraries, sources, fleet, at, seed, days, resamples, tell)
-    page = write_fleet_page(result, folder, today())
-    run = FleetRun(folder, page, result)
-    write_document(folder / DOCUMENT, run.as_json())
+    with output_folder(out, "day") as folder:
+        require_usable(folder)
+        with count_shown("days", total) as tell:
+            result = simulate(libraries, sources, fleet, at, seed, days, resamples, tell)
+        page = write_fleet_page(result, folder, today())
+        run = FleetRun(folder, page, result)
+        write_document(folder / DOCUMENT, run.as_json())
     return run
 
 

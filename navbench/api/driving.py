@@ -11,7 +11,7 @@ from harness.execution.workers import Finished, Workers
 from harness.report.numbers import counted
 from harness.report.texts import OUTCOMES
 from harness.storage.manifest_file import extend_run, read_manifest
-from harness.storage.new_run import create_run, default_folder, require_usable
+from harness.storage.new_run import create_run, output_folder, require_usable
 from harness.storage.rows import Row
 from harness.storage.run_folder import RunFolder, count_finished
 from harness.study.drive import TABLES, StackResult, drive_missing, finish, require_own
@@ -92,10 +92,10 @@ def begin(study: Study, out: Path | None, where: Where) -> Driven:
     Raises:
         InputError: something that the user gave cannot be used.
     """
-    path = out or default_folder("-".join(stack.name for stack in study.stacks))
-    require_usable(path)
-    say_notes(check(study))
-    create_run(path, about(study, sys.argv), parameters(study))
+    with output_folder(out, "-".join(stack.name for stack in study.stacks)) as path:
+        require_usable(path)
+        say_notes(check(study))
+        create_run(path, about(study, sys.argv), parameters(study))
     return drive_folder(load_study(path, study.workers), path, where)
 
 

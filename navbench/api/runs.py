@@ -98,7 +98,10 @@ class Run:
 def load(folder: str | Path) -> Run:
     """A finished run by its folder, or one stack of it as ``FOLDER:stack``.
 
+    It is found again from another working directory.
+
     Raises:
         InputError: it holds no run that can be read.
     """
-    return Run(load_run(str(folder)))
+    stored = load_run(str(folder))
+    return Run(dataclasses.replace(stored, folder=stored.folder.absolute()))

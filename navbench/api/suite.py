@@ -16,7 +16,7 @@ from harness.report.page.document import write_study_page
 from harness.report.suite.document import PAGE, write_results
 from harness.report.suite.results import Results, overview, read_results
 from harness.storage.documents import write_document
-from harness.storage.new_run import default_folder, point_latest, require_usable
+from harness.storage.new_run import output_folder, point_latest, require_usable
 from harness.storage.rows import Row, Rows
 from harness.storage.run_folder import RunFolder, count_finished
 from harness.storage.shipped import resolve, shipped
@@ -107,18 +107,19 @@ def suite(
     """
     forget_changed()
     source = resolve(file, shipped("params") / "suites", "suite")
-    path = (out or default_folder(source.stem)).resolve()
-    declared = load_suite(source, [] if barn is None else map_names(barn, path))
-    if world is not None:
-        other = str(Path(world).absolute()) if Path(world).is_file() else world
-        declared = dataclasses.replace(declared, worlds=(other,))
-    if (path / DECLARATION).is_file():
-        require_same(path, declared)
-    else:
-        require_usable(path)
-    with nullcontext() if barn is None else made_maps(barn, path):
-        _check_cells(path, declared, portion)
-    declare(path, declared)
+    with output_folder(out, source.stem) as folder:
+        path = folder.resolve()
+        declared = load_suite(source, [] if barn is None else map_names(barn, path))
+        if world is not None:
+            other = str(Path(world).absolute()) if Path(world).is_file() else world
+            declared = dataclasses.replace(declared, worlds=(other,))
+        if (path / DECLARATION).is_file():
+            require_same(path, declared)
+        else:
+            require_usable(path)
+        with nullcontext() if barn is None else made_maps(barn, path):
+            _check_cells(path, declared, portion)
+        declare(path, declared)
     return _drive(path, declared, portion, where or Where())
 
 

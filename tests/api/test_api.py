@@ -1,9 +1,11 @@
 """``import navbench``: what its functions give is what the commands print."""
 
 import json
+import multiprocessing
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -46,6 +48,22 @@ def test_tables_and_stacks(run: navbench.Run) -> None:
         run.table("rows")
     with pytest.raises(navbench.InputError, match="unknown stack"):
         run["nav3"]
+
+
+def test_a_run_is_found_from_another_folder(
+    run: navbench.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(run.folder.parent)
+    same = navbench.load(run.folder.name)
+    monkeypatch.chdir(tmp_path)
+    assert same.table().num_rows == 4 and same.margins == run.margins
+
+
+def test_a_daemon_is_told_that_it_may_start_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    daemon = SimpleNamespace(daemon=True, name="daemon")
+    monkeypatch.setattr(multiprocessing, "current_process", lambda: daemon)
+    with pytest.raises(navbench.InputError, match="daemonic process, as of multiprocessing.Pool"):
+        navbench.run("parked", 1)
 
 
 def test_money_is_what_the_program_stored(run: navbench.Run) -> None:

@@ -77,6 +77,49 @@ def test_seeds_and_numbers_of_deliveries(env: Any) -> None:
             env.step(action)
 
 
+def test_without_a_seed_each_draws_its_own(env: Any, hall: Path) -> None:
+    drawn = [env.reset()[1]]
+    with_another = DeliveryEnv("nav2-gps-ekf", pedestrians=4, map=str(hall))
+    drawn += [with_another.reset()[1], with_another.reset()[1]]
+    with_another.close()
+    assert drawn[0]["seed"] != drawn[1]["seed"] == drawn[2]["seed"]
+    assert [each["episode"] for each in drawn] == [0, 0, 1]
+    chosen = DeliveryEnv("nav2-gps-ekf", pedestrians=4, map=str(hall), seed=5)
+    assert chosen.reset()[1] == {"seed": 5, "episode": 0}
+    chosen.close()
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"pedestrains": 3}, "has no option 'pedestrains'; did you mean 'pedestrians'"),
+        ({"pedestrians": "20"}, "pedestrians='20' is of another kind"),
+        ({"episodes": 3}, "has no option 'episodes'"),
+        ({"only": [5]}, "has no option 'only'"),
+        ({"render_mode": "human"}, "render_mode='human': an environment draws nothing"),
+    ],
+)
+def test_options_that_it_does_not_have(given: dict[str, Any], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        DeliveryEnv("nav2-gps-ekf", **given)
+
+
+def test_a_localizer_that_fails_ends_the_delivery(
+    env: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(InputError, match="seed=-1: give 0 or more"):
+        env.reset(seed=-1)
+    env.reset(seed=1)
+
+    def fail(observation: object) -> bool:
+        raise RuntimeError("lost")
+
+    monkeypatch.setattr(env._brain, "sense", fail)
+    _, _, is_over, _, info = env.step(np.zeros(2))
+    assert is_over and info["outcome"] == "physical_assistance"
+    assert info["row"]["stack_error"] == "RuntimeError: lost"
+
+
 def test_one_that_is_closed_or_copied_says_so(hall: Path) -> None:
     env = DeliveryEnv("nav2-gps-ekf", pedestrians=0, map=str(hall))
     with pytest.raises(InputError, match="cannot be copied or pickled"):

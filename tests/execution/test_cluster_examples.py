@@ -1,5 +1,6 @@
 """The examples of docs/scaling.md, executed as far as this machine can."""
 
+import dataclasses
 import importlib.util
 import multiprocessing
 import os
@@ -20,6 +21,7 @@ from harness.storage.run_folder import RunFolder
 from harness.study.drive import TABLES, drive_missing
 from harness.study.manifest import about, load_study, parameters
 from harness.task.study import Study, make_study
+from navstack.errors import InputError
 from tests.rules import short_rules
 
 pytestmark = pytest.mark.slow
@@ -82,6 +84,9 @@ def test_any_executor_drives_a_study(
         drive(executor, 1, study, tmp_path / "run")
         assert same(tmp_path / "run") == expected
         drive(executor, 1, study, tmp_path / "run")
+        other = dataclasses.replace(study, episodes=EPISODES + 1)
+        with pytest.raises(InputError, match="has another study; give what it began with"):
+            drive(executor, 1, other, tmp_path / "run")
     assert same(tmp_path / "run") == expected
 
 

@@ -7,6 +7,7 @@ import pytest
 
 POLICIES = '''
 import os
+import socket
 import sys
 import time
 
@@ -35,6 +36,17 @@ class Steer:
         near = seen.ranges[np.abs(seen.angles) < 0.5].min() if len(seen.ranges) else 9.0
         speed = np.clip(near - 0.7, 0.0, 1.5) * max(np.cos(angle), 0.0)
         return np.clip(np.array((speed, 2.0 * angle)) / (3.56, 2.5), -1.0, 1.0) * (3.56, 2.5)
+
+
+class Alone(Steer):
+    """Takes a name that only one process can have, which its file holds."""
+
+    def __init__(self, file):
+        name = open(file).read()
+        if name == "taken":
+            raise OSError(name)
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.bind("\\0" + name)
 
 
 class Crashes(Steer):

@@ -14,6 +14,7 @@ import pytest
 
 import navbench
 from harness.episode.episode import run_episode
+from harness.episode.factory import Parts
 from harness.policy.interface import PolicyError
 from harness.policy.process import PolicyProcess
 from harness.study.manifest import load_study, version_notes
@@ -128,6 +129,39 @@ def test_a_policy_that_could_not_be_loaded_is_loaded_again(stack: Write, tmp_pat
 def test_a_policy_that_cannot_be_loaded(policy: str, told: str) -> None:
     with pytest.raises(PolicyError, match=told):
         PolicyProcess(policy, PolicyParams()).start()
+
+
+@pytest.mark.slow
+def test_one_that_only_one_process_can_load_drives(
+    stack: Write, hall: Path, tmp_path: Path
+) -> None:
+    """As one that binds a port, or takes a whole graphics card: the check lets go of it."""
+    (tmp_path / "alone.txt").write_text(str(tmp_path))
+    rules = str(tmp_path / "rules.yaml")
+    given = {"map": str(hall), "pedestrians": 0, "rules": rules, "workers": 1}
+    path = str(stack("Alone", more=", file: alone.txt"))
+    run = navbench.run(path, 1, out=tmp_path / "run", **given)
+    assert run.table()["stack_error"].to_pylist() == [None]
+    (tmp_path / "alone.txt").write_text("taken")
+    with pytest.raises(InputError, match="load: OSError: taken"):
+        navbench.run(path, 1, out=tmp_path / "other", **given)
+    assert not (tmp_path / "other").exists()
+
+
+def test_one_that_cannot_be_loaded_has_failed_its_delivery(
+    stack: Write, task_of: Task, tmp_path: Path
+) -> None:
+    (tmp_path / "alone.txt").write_text("taken")
+    row = run_episode(task_of(stack("Alone", more=", file: alone.txt"))).row
+    assert row["outcome"] == "physical_assistance" and "load: OSError" in row["stack_error"]
+
+
+def test_one_that_is_asked_more_often_than_the_nav2_file_ticks(stack: Write, task_of: Task) -> None:
+    """The file's tick is 60 Hz."""
+    path = stack("Steer")
+    path.write_text(path.read_text().replace("policy: {", "policy: {rate: 120, "))
+    steps, seconds = Parts(task_of(path)).world().tick
+    assert steps * seconds == pytest.approx(1.0 / 120.0)
 
 
 def test_a_policy_is_made_with_its_file(stack: Write, tmp_path: Path) -> None:

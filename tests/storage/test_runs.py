@@ -1,5 +1,6 @@
 """Run folders keep what is finished, for whoever goes on with it."""
 
+import contextlib
 import errno
 import json
 import os
@@ -22,7 +23,7 @@ from harness.storage.files import (
     write_text,
 )
 from harness.storage.journal import line_of, record_of
-from harness.storage.new_run import MANIFEST, create_run, default_folder
+from harness.storage.new_run import MANIFEST, create_run, output_folder
 from harness.storage.run_folder import JOURNAL, RunFolder, count_finished
 from navstack.errors import InputError
 
@@ -359,7 +360,16 @@ def test_runs_of_one_second_get_folders_of_their_own(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(time, "strftime", lambda form: "20260101-000000")
-    for name in ("mine", "mine-2", "mine-3"):
-        folder = default_folder("mine")
-        assert folder == Path(f"results/20260101-000000-{name}")
-        folder.mkdir(parents=True)
+    with contextlib.ExitStack() as begun:
+        for name in ("mine", "mine-2", "mine-3"):
+            folder = begun.enter_context(output_folder(None, "mine"))
+            assert folder == Path(f"results/20260101-000000-{name}")
+            create_run(folder, {"command": ["x"]}, {})
+    assert len(list(Path("results").glob("*-mine*"))) == 3
+
+
+def test_a_refused_run_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="no such map"), output_folder(None, "mine"):
+        raise InputError("no such map")
+    assert list(tmp_path.iterdir()) == []

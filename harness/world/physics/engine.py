@@ -4,28 +4,32 @@ import contextlib
 import importlib
 import os
 import sys
+import threading
 import weakref
 from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
+_STREAMS = threading.RLock()  # held while they lead to nowhere: they are all threads'
+
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
     """Send what C code writes to standard output and standard error to nowhere."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    saved = os.dup(1), os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        os.dup2(nowhere, 2)
-        yield
-    finally:
-        os.dup2(saved[0], 1)
-        os.dup2(saved[1], 2)
-        for descriptor in (*saved, nowhere):
-            os.close(descriptor)
+    with _STREAMS:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        saved = os.dup(1), os.dup(2)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 1)
+            os.dup2(nowhere, 2)
+            yield
+        finally:
+            os.dup2(saved[0], 1)
+            os.dup2(saved[1], 2)
+            for descriptor in (*saved, nowhere):
+                os.close(descriptor)
 
 
 def _import_quietly() -> ModuleType:

@@ -11,7 +11,7 @@ from harness.episode.files import nav2_parameters
 from harness.execution.process_cache import forget_changed
 from harness.meetings.allowed import require_meetings
 from harness.meetings.estimators import DELIVERIES
-from harness.storage.new_run import TUNING, create_run, default_folder, require_usable
+from harness.storage.new_run import TUNING, create_run, output_folder, require_usable
 from harness.storage.shipped import resolve, shipped
 from harness.study.manifest import about, parameters
 from harness.study.places import Where
@@ -171,15 +171,15 @@ def _created(
         declaration.sampler, space, template.seed, declaration.trials, len(objectives)
     )
     check_space(space, nav2, drawing, template.allow_unknown)
-    path = out or default_folder(f"tune-{original.name}")
-    require_usable(path)
-    notes = (*check(study), *space.notes)
-    texts = {
-        TUNING: dump_dataclass(declaration),
-        SPACE: _space_text(content, space_files),
-        ORIGINAL: with_absolute_files(nav2, template.allow_unknown).document.text,
-    }
-    create_run(path, about(study, sys.argv), {**parameters(study), **texts})
+    with output_folder(out, f"tune-{original.name}") as path:
+        require_usable(path)
+        notes = (*check(study), *space.notes)
+        texts = {
+            TUNING: dump_dataclass(declaration),
+            SPACE: _space_text(content, space_files),
+            ORIGINAL: with_absolute_files(nav2, template.allow_unknown).document.text,
+        }
+        create_run(path, about(study, sys.argv), {**parameters(study), **texts})
     return path, notes
 
 

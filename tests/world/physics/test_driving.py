@@ -1,11 +1,15 @@
 """The physical world: driving, determinism and bookkeeping."""
 
+import contextlib
 import dataclasses
 import math
+import os
+import threading
 
 import numpy as np
 import pytest
 
+from harness.world.physics.engine import quiet
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.types import Pose2D
 
@@ -205,6 +209,22 @@ def test_nothing_is_written_to_standard_output(lab, robot, params, capfd):
         lab.drive(world, 120, v=2.0)
         lab.restart(world, Pose2D())
     assert capfd.readouterr().out == ""
+
+
+def test_threads_that_make_worlds_leave_the_streams_where_they_were():
+    before = [os.readlink(f"/proc/self/fd/{stream}") for stream in (1, 2)]
+    both_inside = threading.Barrier(2, timeout=0.2)
+
+    def silence():
+        with quiet(), contextlib.suppress(threading.BrokenBarrierError):
+            both_inside.wait()
+
+    threads = [threading.Thread(target=silence) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [os.readlink(f"/proc/self/fd/{stream}") for stream in (1, 2)] == before
 
 
 def test_worlds_that_nobody_holds_free_their_servers(lab, robot, params):
