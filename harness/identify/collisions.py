@@ -57,7 +57,7 @@ def find_impacts(log: DriveLog, robot: RobotParams) -> Impacts:
     over the mass. The threshold is such that white noise passes it :data:`FALSE_ALARMS` times an
     hour (Rayleigh distribution), plus a share of what the drive can do in a window.
     """
-    if len(log.imu) > 100:
+    if log.has_accelerations:
         stamps, changes, window = _by_imu(log, robot)
         source = "imu"
     else:

@@ -171,7 +171,7 @@ def _pushes(
 
     Every ``dt`` [s], in the frame in which the robot stood at first.
     """
-    if len(log.imu) > 100:
+    if log.has_accelerations:
         stamps, rates = log.imu_stamps, log.gyro_rates
         ahead, aside = log.imu[:, 3], log.imu[:, 4]
     else:

@@ -83,7 +83,10 @@ def imu_noise(log: DriveLog) -> list[Estimate]:
     else:
         found.append(_bias(keys[0], rates[still], stood))
     found.append(white_noise(keys[1], rates[still], period, method))
-    found.append(white_noise(keys[2], ahead[still], period, method))
+    if log.has_accelerations:
+        found.append(white_noise(keys[2], ahead[still], period, method))
+    else:
+        found.append(unknown(keys[2], "the inertial unit measures no accelerations"))
     return found
 
 

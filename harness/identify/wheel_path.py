@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from harness.identify.turning import Turning
-from harness.recorded.drive_log import DriveLog
+from harness.recorded.drive_log import LEAST_IMU, DriveLog
 from navstack.geometry import rotation
 from navstack.types import FloatArray
 
@@ -39,7 +39,7 @@ def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPat
     ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
     ahead[log.steps == 0.0] = 0.0
     heading = yaw / turning.scale
-    if with_gyro and len(log.imu) > 100:
+    if with_gyro and len(log.imu) > LEAST_IMU:
         rates = log.gyro_rates - turning.bias
         times = log.imu_stamps - turning.delay
         areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])

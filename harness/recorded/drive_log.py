@@ -11,6 +11,7 @@ from navstack.types import BoolArray, FloatArray, LaserScan
 
 PAUSE = 10.0  # [s] without odometry in which nobody records a drive
 LEFT = 2.0  # [s] that is left of a pause: more than filters and fits go on over
+LEAST_IMU = 100  # messages of an inertial unit that is used
 _SHOWN = 5  # pauses in a note
 _FASTEST = 30.0  # [m/s] beyond which a step of the odometry is a jump
 
@@ -65,6 +66,11 @@ class DriveLog:
     def gyro_rates(self) -> FloatArray:
         """[rad/s] yaw rates of the gyro, (N,)."""
         return self.imu[:, 2]
+
+    @property
+    def has_accelerations(self) -> bool:
+        """Whether the inertial unit measures them; one without accelerometers has zeros."""
+        return len(self.imu) > LEAST_IMU and bool(np.any(self.imu[:, 3:5]))
 
     @property
     def steps(self) -> FloatArray:

@@ -11,6 +11,7 @@ from navstack.types import FloatArray, GpsFix, Imu, LaserScan, Odometry, Pose2D,
 
 MOST_BEAMS = 100_000
 _NO_FIX, _UNKNOWN_COVARIANCE = -1, 0  # of sensor_msgs/NavSatStatus and NavSatFix
+_NOT_MEASURED = -1.0  # first covariance of what a sensor_msgs/Imu does not have
 _GRAVITY = 9.80665  # [m/s2]
 _LEVEL = 1e-12  # [rad] of tilt that is none
 _UPRIGHT = 0.5  # [-] cosine of the tilt up to which a base is believed to stand on a slope
@@ -75,7 +76,10 @@ def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
 
 
 def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -> Imu | None:
-    """An inertial measurement in the base frame; None: not numbers.
+    """An inertial measurement in the base frame; None: no yaw rate, or no number.
+
+    What the unit says that it does not measure (first covariance -1) is not there; accelerations
+    are zeros then.
 
     The yaw is that of the base's x axis in the frame in which the unit gives its orientation (x
     east, y north by REP 103), less ``heading`` in [rad], where the map's x axis points in that
@@ -86,11 +90,13 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
     rate = message.angular_velocity
     if not _within(_FASTEST, rate.x, rate.y, rate.z):
         return None
+    if message.angular_velocity_covariance[0] == _NOT_MEASURED:
+        return None
     turns = mounting.rotation @ (rate.x, rate.y, rate.z)
     pushes = mounting.rotation @ (specific_force(message) or (0.0, 0.0, 0.0))
     yaw, yaw_std, up = math.nan, 0.0, np.array((0.0, 0.0, 1.0))
     turn = _turn(message.orientation)
-    if turn is not None and message.orientation_covariance[0] != -1.0:
+    if turn is not None and message.orientation_covariance[0] != _NOT_MEASURED:
         # the base's x axis in the unit's frame is the first row
         ahead = turn @ mounting.rotation[0]
         yaw = normalize_angle(math.atan2(ahead[1], ahead[0]) - heading)
@@ -113,8 +119,10 @@ def imu(message: Any, stamp: float, mounting: Transform, heading: float = 0.0) -
 
 
 def specific_force(message: Any) -> tuple[float, float, float] | None:
-    """What an accelerometer feels along its own axes, in [m/s2]; None: not numbers."""
+    """What an accelerometer feels along its own axes, in [m/s2]; None: there is none."""
     force = message.linear_acceleration
+    if message.linear_acceleration_covariance[0] == _NOT_MEASURED:
+        return None
     if not _within(_FASTEST, force.x, force.y, force.z):
         return None
     return float(force.x), float(force.y), float(force.z)
@@ -197,7 +205,7 @@ def _deviation(variance: float) -> float:
 
 def _deviation_about_z(covariance: FloatArray, mounting: Transform) -> float:
     """The deviation about the base's z axis of a covariance (9,) about the sensor's axes."""
-    if covariance[0] == -1.0 or not np.isfinite(covariance).all():
+    if covariance[0] == _NOT_MEASURED or not np.isfinite(covariance).all():
         return 0.0
     up = mounting.rotation[2]
     return _deviation(float(up @ np.reshape(covariance, (3, 3)) @ up))

@@ -3,6 +3,7 @@ from difflib import unified_diff
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -139,6 +140,42 @@ def test_an_anchored_value_is_refused():
     for name, said in (("a", "a has a YAML anchor"), ("b", "b is a YAML alias")):
         with pytest.raises(ParameterError, match=said):
             set_value(text, ("n",), name, 3.0, "here")
+
+
+def test_a_value_that_several_nodes_read_is_changed_for_one(inspect):
+    """The inflation of both costmaps stands in one section."""
+    nav2 = inspect(
+        "/**:\n  ros__parameters:\n    plugins: [inflation_layer]\n    inflation_layer:\n"
+        '      plugin: "nav2_costmap_2d::InflationLayer"\n      inflation_radius: 0.55\n'
+    )
+    radius = "inflation_layer.inflation_radius"
+    local, both = {f"local_costmap.{radius}": 0.4}, {f"global_costmap.{radius}": 1.5}
+    after = nav2.with_values(local)
+    assert after.value("local_costmap", radius) == 0.4
+    assert after.value("global_costmap", radius) == 0.55
+    after = nav2.with_values(local | both)
+    assert after.value("local_costmap", radius) == 0.4
+    assert after.value("global_costmap", radius) == 1.5
+    own = inspect(
+        f"local_costmap: {{local_costmap: {{ros__parameters: {{}}}}}}\n{nav2.document.text}"
+    )
+    changed = own.with_values(local)
+    assert changed.value("local_costmap", radius) == 0.4
+
+
+@pytest.mark.parametrize(
+    "second", ["b:\n  ros__parameters: *c\n", "b:\n  ros__parameters:\n    <<: *c\n"]
+)
+def test_a_value_in_a_section_that_an_alias_shares_is_refused(second):
+    text = f"a:\n  ros__parameters: &c\n    r: 1.0\n{second}"
+    for node in ("a", "b"):
+        with pytest.raises(ParameterError, match="line 3: r is shared by a YAML alias"):
+            set_value(text, (node,), "r", 2.0, "here")
+
+
+def test_small_numbers_are_numbers_to_other_readers_too():
+    for value in (1e-5, -2.5e-7, 1e16, 3.0):
+        assert yaml.safe_load(format_value(value)) == value
 
 
 def test_absent_parameters_are_added_in_their_namespace(inspect):

@@ -82,6 +82,23 @@ def test_texts_that_look_like_other_values_stay_texts_in_the_merged_file(text, t
     assert merged.value("amcl", "base_frame_id") == "base_link"
 
 
+def test_of_several_robots_the_last_one_is_read_and_changed(inspect):
+    head = "{}/controller_server:\n  ros__parameters:\n    controller_frequency: {}\n"
+    text = head.format("robot1", 3.0) + "    min_x_velocity_threshold: 0.3\n"
+    nav2 = inspect(text + head.format("robot2", 7.0))
+    assert nav2.value("controller_server", "controller_frequency") == 7.0
+    assert nav2.value("controller_server", "min_x_velocity_threshold") is None
+    after = nav2.with_values({"controller_server.min_x_velocity_threshold": 0.1})
+    assert after.document.text.startswith(text)
+
+
+def test_a_tilde_is_a_text_as_rcl_reads_it(inspect):
+    nav2 = inspect("amcl:\n  ros__parameters:\n    scan_topic: ~\n    base_frame_id: null\n")
+    assert not nav2.notices
+    assert nav2.value("amcl", "scan_topic") == "~"
+    assert nav2.value("amcl", "base_frame_id") == "null"
+
+
 def test_dotted_and_nested_files_are_equal(inspect):
     head = "controller_server:\n  ros__parameters:\n"
     nested = "    FollowPath:\n      max_vel_x: 0.7\n      PathAlign:\n        scale: 9.0\n"

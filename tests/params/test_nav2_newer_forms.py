@@ -71,6 +71,14 @@ def test_the_plugin_of_the_named_group_is_the_motion_model(inspect, given, model
     assert params.AckermannConstraints.min_turning_r == radius
 
 
+def test_the_radius_of_the_named_group_is_changed_where_it_stands(inspect):
+    nav2 = inspect(lines("motion_model: truck", f"truck: {CAR}"))
+    name = "controller_server.FollowPath.AckermannConstraints.min_turning_r"
+    assert read_mppi(nav2.with_values({name: 1.3})).AckermannConstraints.min_turning_r == 1.3
+    with pytest.raises(ParameterError, match="motion model DiffDrive is not available here"):
+        nav2.with_values({"controller_server.FollowPath.motion_model": "DiffDrive"})
+
+
 def test_a_value_of_the_path_handler_is_changed_where_it_stands(inspect):
     """Nav2 main reads it there alone; a tuned file must drive as it was tuned."""
     nav2 = inspect(lines("motion_model: DiffDrive"))

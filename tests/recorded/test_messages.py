@@ -107,6 +107,18 @@ def test_a_unit_without_orientation_has_no_heading():
     assert math.isnan(imu.yaw) and imu.angular_velocity_z == pytest.approx(0.1)
 
 
+def test_what_a_unit_says_that_it_does_not_measure_is_not_there():
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields["angular_velocity_covariance"] = [-1.0] + [0.0] * 8
+    assert messages.imu(ros(entry), 0.0, IDENTITY) is None
+    entry = writing.imu(0.0, 1.0, 0.1)
+    entry.fields["linear_acceleration"] = {"x": 5.0, "z": 9.81}
+    entry.fields["linear_acceleration_covariance"] = [-1.0] + [0.0] * 8
+    assert messages.specific_force(ros(entry)) is None
+    imu = messages.imu(ros(entry), 0.0, IDENTITY)
+    assert (imu.linear_acceleration_x, imu.angular_velocity_z) == (0.0, pytest.approx(0.1))
+
+
 def test_covariances_that_are_not_stated_are_no_deviation():
     entry = writing.imu(0.0, 1.0, 0.1)
     entry.fields |= {

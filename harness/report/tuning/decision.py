@@ -1,6 +1,5 @@
 """What was tuned, and whether to take the tuned file: the first thing that a study says."""
 
-import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +20,11 @@ from harness.tuning.explanation import Explanation
 from harness.tuning.result import StudyResult
 from harness.tuning.search import LEAST_GAIN
 from harness.tuning.training import USUAL_MISSIONS
+from navstack.params.lint.plugins import own_plugins_of
+from navstack.params.nav2_file.file import inspect_nav2
 
 TAKE, KEEP, OPEN = "Take the tuned file", "Keep your file", "Not decided"
 OTHER_SPACES = "navbench list spaces"
-# classes that a robot's own Nav2 does not have
-_OWN_CLASS = re.compile(r"\bnavstack::\w+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +82,8 @@ def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advic
     bounds = explanation.unseen or margin.difference
     is_open = margin.difference.low is not None and margin.difference.sign == 0
     if bounds.sign > 0 and not is_open:
+        if missed := _missed(scores):
+            return Advice(KEEP, f"the tuned one earns more, but {missed}.")
         return Advice(TAKE, "it earns more on missions that it never saw.")
     if (margin.difference.value or 0.0) <= 0.0:
         if margin.difference.n < fewest_missions():
@@ -93,6 +94,16 @@ def decision(study: StudyResult, scores: Row, explanation: Explanation) -> Advic
         why = "the tuned one does not earn more on missions that the search never saw."
         return Advice(KEEP, f"{why}{_other_aim(study)}")
     return _more(scores, explanation, margin.difference)
+
+
+def _missed(scores: Row) -> str:
+    """Side conditions that the tuned file misses by more than the own one, on unseen missions."""
+    said = []
+    for name, score in scores["test"].items():
+        before, after = score["shortfall"]
+        if after > max(before, 0.0):
+            said.append(f"misses {name.partition('@')[2]} by {after:.3f} on unseen missions")
+    return " and ".join(said)
 
 
 def _unchanged(study: StudyResult, explanation: Explanation) -> Advice:
@@ -186,13 +197,9 @@ def _budget(command: Sequence[str], episodes: int, pace: float) -> str:
     return enough_for(episodes, pace, parse_duration(declared))
 
 
-def as_nav2(tuned: str) -> str:
-    """Whether a Nav2 without our plugins drives a file, in a sentence.
-
-    Args:
-        tuned: text of the file.
-    """
-    own = sorted(set(_OWN_CLASS.findall(tuned)))
+def as_nav2(tuned: Path) -> str:
+    """Whether a Nav2 without our plugins drives a file, in a sentence."""
+    own = own_plugins_of(inspect_nav2(tuned, allow_unknown=True))
     if own:
         return f"runs on Nav2 as it is: no, it needs {', '.join(own)} of this program."
     return "runs on Nav2 as it is: yes."

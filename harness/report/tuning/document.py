@@ -72,7 +72,7 @@ def short_tuning(
     if study.incumbent.values:
         lines += [
             f"{FILE_IS[advice.verdict]}: {folder / TUNED}, difference: {DIFF}",
-            as_nav2(read_text(folder / TUNED)),
+            as_nav2(folder / TUNED),
         ]
     return [Text(line, "whole") for line in (*lines, f"page: {page}")]
 
@@ -111,7 +111,7 @@ def write_tuning(
         Text(f"**{decision(study, scores, explanation)}**"),
         Text(about),
         *map(Text, summary(study, explanation)),
-        *map(Text, [as_nav2(read_text(folder / TUNED))] if study.incumbent.values else []),
+        *map(Text, [as_nav2(folder / TUNED)] if study.incumbent.values else []),
         *_what_differs(folder),
         *sheets(study, scores, explanation, command),
         *figures,

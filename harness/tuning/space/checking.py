@@ -21,6 +21,11 @@ def check_space(
     Raises:
         InputError: no point keeps the constraints, or a parameter cannot be set where it stands.
     """
+    if all(each.is_fixed for each in space.parameters):
+        raise InputError(
+            f"{space.name}: no parameter may have another value than the file's; give more levels, "
+            "choices or wider ranges"
+        )
     if sampler.ask() is None:
         raise InputError(
             f"{space.name}: no point was found beside the file's own that keeps the constraints; "

@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 
 from harness.tuning.evaluation import Value
@@ -226,6 +227,10 @@ def _range(
     assert entry.low is not None and entry.high is not None
     if not isinstance(place.value, int | float) or isinstance(place.value, bool):
         raise ParameterError(f"{where}: {place.path} is {place.value!r}, which has no range")
+    if not math.isfinite(place.value):
+        raise ParameterError(
+            f"{where}: {place.path} is {place.value}, which no range can hold; give it levels"
+        )
     low, high, step, is_log = entry.low, entry.high, entry.step, entry.log
     is_int = place.kind is int
     if is_int:
@@ -233,7 +238,11 @@ def _range(
         if step is not None:
             step = _whole(step, where)
     if not low <= place.value <= high:
-        low, high = min(low, place.value), max(high, place.value)
+        if step is None:
+            low, high = min(low, place.value), max(high, place.value)
+        else:  # which lead where they led
+            low -= step * math.ceil(max(low - place.value, 0.0) / step)
+            high += step * math.ceil(max(place.value - high, 0.0) / step)
         is_log = is_log and low > 0.0
         notes.append(
             f"{where}: the range is widened to {low:g} .. {high:g}: the file has {place.value:g}"

@@ -22,7 +22,7 @@ from harness.tuning.space.file import ListEdit
 from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
-from navstack.params.nav2_file.ros_yaml import PARAMETERS
+from navstack.params.nav2_file.ros_yaml import PARAMETERS, is_placeholder
 from navstack.params.registry.bindings import ONLY_WITHOUT
 from navstack.type_hints import hints_of
 
@@ -175,7 +175,10 @@ def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
     if name not in known:
         raise _absent(nav2, path, node, name, known)
     kind, default = known[name]
-    return node, name, index, kind, nav2.value(node, name, default)
+    value = nav2.value(node, name, default)
+    if kind is not str and is_placeholder(value):  # as the parameter itself is read
+        value = default
+    return node, name, index, kind, value
 
 
 def _names_list(nav2: Nav2File, path: str) -> bool:

@@ -40,13 +40,19 @@ class Parameter:
         """The value as it is written into a file: a decimal to a few digits, within the range."""
         if self.choices or self.is_int or not isinstance(value, float) or value == 0.0:
             return value
-        digits = DIGITS - 1 - math.floor(math.log10(abs(value)))
+        finest = min(abs(value), self.step or math.inf)
+        digits = DIGITS - 1 - math.floor(math.log10(finest))
         return min(max(round(value, digits), self.low), self.high)
 
     @property
     def is_ordered(self) -> bool:
         """Whether its values have an order: numbers do, texts and switches do not."""
         return not any(isinstance(choice, str | bool) for choice in self.choices)
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it has one value only."""
+        return len(self.choices) == 1 or (not self.choices and self.low == self.high)
 
     def place(self, value: Value) -> float:
         """Where a value lies in its range, 0 at the low end and 1 at the high one.

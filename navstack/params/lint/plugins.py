@@ -1,9 +1,11 @@
 """A rule about plugins that run here and nowhere else."""
 
+import itertools
 from collections.abc import Iterator, Mapping
 
 from navstack.params.lint.rule import Finding, RuleGroup
 from navstack.params.lint.subject import Subject
+from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import names_in
 from navstack.params.registry.bindings import CRITICS, nested_params
 from navstack.params.registry.entry import Params
@@ -29,6 +31,12 @@ def _own_plugins() -> Iterator[tuple[Params, str]]:
 OWN: Mapping[Params, str] = dict(_own_plugins())
 # a package of docs/examples that has a class of some
 PACKAGE, PACKAGED = "nav2_contact_critic", ("ExpectedContact", "ExpectedContactCritic")
+
+
+def own_plugins_of(nav2: Nav2File) -> list[str]:
+    """The types of a file's plugins that Nav2 does not have."""
+    visits = itertools.chain.from_iterable(nav2.visits.values())
+    return sorted({OWN[visit.params] for visit in visits if visit.params in OWN})
 
 
 @RULES.warning

@@ -107,6 +107,12 @@ def _replacement(
     if document.text[entry.start] == "&":
         advice = "which ROS refuses; write its value out to change it"
         raise ParameterError(f"{where}: line {entry.line}: {name} has a YAML anchor, {advice}")
+    at = [each.start for other in document.nodes for each in other.entries.values()]
+    if at.count(entry.start) > 1:
+        raise ParameterError(
+            f"{where}: line {entry.line}: {name} is shared by a YAML alias, which ROS refuses; "
+            "write its value out to change it"
+        )
     old = document.text[entry.start : entry.end]
     value = _kept_decimal(value, entry.value)
     known = entry.value
@@ -185,7 +191,8 @@ def format_value(value: Value) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}[str(value)]
     if isinstance(value, int | float):
-        return repr(value)
+        # YAML 1.1, by which launch files rewrite parameters, takes 1e-05 for a text
+        return re.sub(r"^(-?\d+)e", r"\1.0e", repr(value))
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     return "[" + ", ".join(format_value(item) for item in value) + "]"

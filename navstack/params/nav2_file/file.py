@@ -178,7 +178,15 @@ class Nav2File:
                 dotted = self.renames.get(node, {}).get(dotted, dotted)
             found.append((self._owner_of(node, dotted), dotted, value))
         text = edit.set_values(self.document.text, found, str(self.path))
-        return parse_nav2(text, self.path, self.catalog, allow_unknown)
+        changed = parse_nav2(text, self.path, self.catalog, allow_unknown)
+        for name, value in changes.items():
+            read = changed.value(*name.split(".", 1))
+            if read != value:
+                raise ParameterError(
+                    f"{self.path}: {name} cannot be set to {value!r}: in this file the value of "
+                    f"{read!r} counts; give the parameter a line of its own, as Nav2 Jazzy has it"
+                )
+        return changed
 
     def dump(self, path: Path) -> None:
         """Write the file: as it was read, comments and order included, but for changed values."""
@@ -187,15 +195,30 @@ class Nav2File:
     def _owner_of(self, node: str, dotted: str) -> tuple[str, ...]:
         """Where in the file a parameter stands, or should.
 
-        The section that wins, else the node's own.
+        The section that wins, else the node's own. Of what other nodes read there, too, the node
+        has a value of its own, where that wins.
         """
         sections = sections_of(self.document, node)
         holding = [text for text in sections if dotted in text.entries]
         own = [text for text in sections if not is_wildcard(text)]
+        if holding and is_wildcard(holding[-1]) and self._is_read_elsewhere(node, dotted):
+            if not own:
+                holding = []
+            elif sections.index(own[-1]) > sections.index(holding[-1]):
+                holding = own
         for sections in (holding, own):
             if sections:
                 return sections[-1].path
         return new_path(self.document, node)
+
+    def _is_read_elsewhere(self, node: str, dotted: str) -> bool:
+        """Whether what the file says of a parameter is another node's as well."""
+        entry = self.parameters[node].get(dotted)
+        known = {name.path for name in self.names}
+        return any(
+            other != node and entries.get(dotted) is entry and f"{other}: {dotted}" in known
+            for other, entries in self.parameters.items()
+        )
 
 
 def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:

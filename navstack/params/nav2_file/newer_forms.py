@@ -40,14 +40,14 @@ def convert_newer_forms(node: str, entries: dict[str, ParameterEntry]) -> NewerF
     handlers = names_of(entries, "path_handler_plugins")[:1]
     for prefix, kind in _controllers(entries):
         if kind == MPPI:
-            notices += _convert_motion_model(prefix, entries)
+            notices += _convert_motion_model(prefix, entries, moved)
         for name, own in _OF_PATH_HANDLER.get(kind, {}).items():
             for given in (f"{handler}.{name}" for handler in handlers):
                 if given in entries:
                     entries[f"{prefix}{own}"] = entries[given]
                     moved[f"{prefix}{own}"] = given
     for given in set(moved.values()):
-        del entries[given]
+        entries.pop(given, None)
     return NewerForms(notices, moved)
 
 
@@ -61,7 +61,9 @@ def _controllers(entries: dict[str, ParameterEntry]) -> list[tuple[str, str]]:
     return found
 
 
-def _convert_motion_model(prefix: str, entries: dict[str, ParameterEntry]) -> list[Notice]:
+def _convert_motion_model(
+    prefix: str, entries: dict[str, ParameterEntry], moved: dict[str, str]
+) -> list[Notice]:
     """Since #6076 ``motion_model`` names a group of parameters, whose plugin is the model."""
     key = f"{prefix}motion_model"
     chosen = str(entries[key].value) if key in entries else USUAL_GROUP
@@ -76,7 +78,9 @@ def _convert_motion_model(prefix: str, entries: dict[str, ParameterEntry]) -> li
         del entries[f"{group}.plugin"]
         if is_chosen and radius is not None:
             entries[f"{prefix}AckermannConstraints.min_turning_r"] = radius
+            moved[f"{prefix}AckermannConstraints.min_turning_r"] = f"{group}.min_turning_r"
         if is_chosen:
+            moved[key] = f"{group}.plugin"
             entries[key] = replace(entries.get(key, kind), value=model or MOTION_MODELS[0])
         if model is None:
             message = f"motion model {kind.value} is not available here; take one of "

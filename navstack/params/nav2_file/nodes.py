@@ -63,9 +63,8 @@ def new_path(document: Document, node: str) -> tuple[str, ...]:
 def sections_of(document: Document, node: str) -> list[NodeText]:
     """The sections that set parameters of a node, in the order of the file.
 
-    In ROS 2 the last one wins.
-
-    A section under today's name hides those under an older one.
+    In ROS 2 the last one wins. A section under today's name hides those under an older one. Of
+    several robots' nodes it is the last one's.
     """
     own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
     own = [text for text in own if text.path[-1] == node] or own
@@ -74,7 +73,7 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     return [
         text
         for text in document.nodes
-        if text in own or (is_wildcard(text) and _stands_for(text, full_name))
+        if (text in own or is_wildcard(text)) and _stands_for(text, full_name)
     ]
 
 

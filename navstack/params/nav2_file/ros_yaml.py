@@ -302,4 +302,4 @@ def is_alias(key: Node, value: Node) -> bool:
 
 
 def _is_empty(node: Node) -> bool:
-    return isinstance(node, ScalarNode) and node.style is None and node.value in ("", "~", "null")
+    return isinstance(node, ScalarNode) and node.style is None and not node.value

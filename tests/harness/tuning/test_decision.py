@@ -12,6 +12,7 @@ from harness.economics.cost_terms import MARGIN
 from harness.report.tuning.decision import Advice, as_nav2, decision, next_command
 from harness.report.tuning.summary import starting_point
 from harness.statistics.interval import Interval
+from harness.storage.shipped import shipped
 from harness.study.stored_run import load_run
 
 STORED = Path(__file__).resolve().parents[3] / "results" / "baseline" / "published_3"
@@ -29,6 +30,7 @@ def advice(
     needed: int | None = None,
     proven_by: int | None = None,
     room: Interval | None = None,
+    shortfall: tuple[float, float] = (0.0, 0.0),
     **study: Any,
 ) -> Advice:
     usual = {
@@ -46,7 +48,12 @@ def advice(
         room_usd_per_run=room,
     )
     # under the name that scores have
-    scores = {"test": {"margin": {"pairs_needed": needed}}}
+    scores = {
+        "test": {
+            "margin": {"pairs_needed": needed, "shortfall": (0.0, 0.0)},
+            "margin@sla>=0.9": {"shortfall": shortfall},
+        }
+    }
     found: Any = SimpleNamespace(**usual | study)
     told: Any = explanation
     return decision(found, scores, told)
@@ -64,6 +71,11 @@ NOBODY = SimpleNamespace(values={})
         ),
         ({}, "Take the tuned file: it earns more on missions that it never saw."),
         ({"unseen": None}, "Take the tuned file: it earns more on missions that it never saw."),
+        (
+            {"shortfall": (0.0, 0.35)},
+            "Keep your file: the tuned one earns more, but misses sla>=0.9 by 0.350 on unseen",
+        ),
+        ({"shortfall": (0.4, 0.35)}, "Take the tuned file"),
         (
             {"unseen": OPEN, "needed": 30, "proven_by": 60},
             "Not decided: one more loss of a kind that was not seen would undo the gain; about 20 "
@@ -181,13 +193,19 @@ def test_the_next_search_has_a_budget_in_which_it_can_be_driven(
     assert next_command(futile, tmp_path, "again", pace) == once_more
 
 
-def test_a_file_with_a_class_of_this_program_does_not_run_on_nav2_as_it_is() -> None:
-    assert as_nav2("plugin: dwb_core::DWBLocalPlanner") == "runs on Nav2 as it is: yes."
-    own = as_nav2("critics: [navstack::ExpectedContact]\nplugin: 'navstack::JerkLimitedMPC'")
-    assert own == (
-        "runs on Nav2 as it is: no, it needs navstack::ExpectedContact, navstack::JerkLimitedMPC "
-        "of this program."
-    )
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("stock", "yes."),
+        ("dwb_contact", "no, it needs ExpectedContact of this program."),
+        ("mpc", "no, it needs navstack::JerkLimitedMPC of this program."),
+    ],
+)
+def test_a_file_with_a_class_of_this_program_does_not_run_on_nav2_as_it_is(
+    name: str, said: str
+) -> None:
+    told = as_nav2(shipped("params") / "nav2" / f"{name}.yaml")
+    assert told == f"runs on Nav2 as it is: {said}"
 
 
 def test_a_search_begins_with_what_the_file_earns_and_what_is_left_to_gain() -> None:

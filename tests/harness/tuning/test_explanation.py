@@ -296,7 +296,7 @@ def test_a_front_is_shown(make_study: MakeStudy, evaluator: object, tmp_path: Pa
         front=(0, 3),
     )
     found = explain(both, Counting(evaluator), tmp_path, PRICES, Conditions(), 0)
-    (tmp_path / TUNED).write_text("old: 1\n", encoding="utf-8")
+    (tmp_path / TUNED).write_text("amcl: {ros__parameters: {alpha1: 0.1}}\n", encoding="utf-8")
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     scores = {"train": {}, "test": {}}
     report = write_tuning(both, scores, found, ABOUT, COMMAND, tmp_path, "again", LINT).read_text(
@@ -314,7 +314,7 @@ def test_a_study_without_improvement_is_told_of(
     found = explain(study, Counting(evaluator), tmp_path, PRICES, Conditions())
     assert found.waterfall is None
     assert found.optimism_usd_per_run is None
-    (tmp_path / TUNED).write_text("old: 1\n", encoding="utf-8")
+    (tmp_path / TUNED).write_text("amcl: {ros__parameters: {alpha1: 0.1}}\n", encoding="utf-8")
     (tmp_path / DIFF).write_text("", encoding="utf-8")
     report = write_tuning(
         study,

@@ -4,6 +4,7 @@ What is found, what is refused, and what a point writes.
 """
 
 import dataclasses
+import math
 from functools import cache
 from pathlib import Path
 
@@ -205,6 +206,35 @@ def test_the_original_is_always_possible(tmp_path: Path) -> None:
     )
     assert (space.parameters[0].low, space.parameters[0].high) == (1.7, 3.0)
     assert space.parameters[1].choices == (5, 10, 20) and len(space.notes) == 2
+
+
+def test_a_range_without_end_and_a_space_without_another_value_are_refused(tmp_path: Path) -> None:
+    path = "global_costmap.obstacle_layer.scan.obstacle_max_range"
+    endless = nav2("stock").with_values({path: math.inf}, True)
+    (tmp_path / "own.yaml").write_text(
+        f"title: o\nparameters: {{r: {{path: '{path}', low: 1, high: 2}}}}\n"
+    )
+    with pytest.raises(ParameterError, match="is inf, which no range can hold; give it levels"):
+        fit_space(*read_spaces([tmp_path / "own.yaml"]), endless)
+    space = space_of(tmp_path, f"parameters: {{r: {{path: '{path}', levels: [10.0]}}}}\n")
+    with pytest.raises(InputError, match="no parameter may have another value than the file's"):
+        check_space(space, nav2("stock"), make_sampler("random", space, 1, 20, 1))
+
+
+def test_a_range_that_is_widened_keeps_its_steps(tmp_path: Path) -> None:
+    text = f"  t: {{path: '{DWB}.sim_time', low: 2.0, high: 3.0, step: 0.25}}\n"
+    (parameter,) = space_of(tmp_path, f"parameters:\n{text}").parameters
+    assert (parameter.low, parameter.high, parameter.original) == (1.5, 3.0, 1.7)
+    fine = dataclasses.replace(parameter, low=1200.0, high=1204.0, step=0.5)
+    assert [fine.rounded(value) for value in (1200.5, 1203.0)] == [1200.5, 1203.0]
+
+
+def test_a_switch_that_launch_files_fill_in_begins_at_nav2s_default(tmp_path: Path) -> None:
+    text = nav2("stock").document.text
+    path = tmp_path / "robot.yaml"
+    path.write_text(text.replace("stateful: true", "stateful: $(var stateful)", 1))
+    place = locate(load_nav2(path, allow_unknown=True), "controller_server.goal_checker.stateful")
+    assert (place.kind, place.value) == (bool, True)
 
 
 NUMBERS = f"parameters:\n  sim_time: {{path: '{DWB}.sim_time', low: 0.5, high: 5.0}}\n"
