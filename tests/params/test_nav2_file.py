@@ -92,6 +92,17 @@ def test_of_several_robots_the_last_one_is_read_and_changed(inspect):
     assert after.document.text.startswith(text)
 
 
+@pytest.mark.parametrize("name", ["behavior_server", "recoveries_server"])
+def test_sections_of_one_robot_and_of_any_are_joined(inspect, name):
+    any_robot = f"/**/{name}: {{ros__parameters: {{cycle_frequency: 7.0}}}}\n"
+    one = f"robot1/{name}: {{ros__parameters: {{max_rotational_vel: 0.5}}}}\n"
+    assert inspect(any_robot).value("behavior_server", "cycle_frequency") == 7.0
+    for text in (any_robot + one, one + any_robot):
+        nav2 = inspect(text)
+        assert nav2.value("behavior_server", "cycle_frequency") == 7.0
+        assert nav2.value("behavior_server", "max_rotational_vel") == 0.5
+
+
 def test_a_tilde_is_a_text_as_rcl_reads_it(inspect):
     nav2 = inspect("amcl:\n  ros__parameters:\n    scan_topic: ~\n    base_frame_id: null\n")
     assert not nav2.notices

@@ -68,7 +68,9 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     """
     own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
     own = [text for text in own if text.path[-1] == node] or own
-    path = own[-1].path if own else default_path(node)
+    # one of a namespace before those of any
+    named = sorted(own, key=lambda text: not any("*" in part for part in text.path))
+    path = named[-1].path if named else default_path(node)
     full_name = "/" + "/".join(part for part in path if "*" not in part)
     return [
         text
