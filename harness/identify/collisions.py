@@ -1,11 +1,12 @@
 """Contacts in a log: changes of velocity that the drive cannot have made."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
 
+from harness.identify.drive_model import used
 from harness.identify.estimate import robust_std, runs_of
 from harness.recorded.drive_log import DriveLog, period_of
 from harness.world.physics.robot import RobotParams
@@ -57,12 +58,26 @@ def find_impacts(log: DriveLog, robot: RobotParams) -> Impacts:
     over the mass. The threshold is such that white noise passes it :data:`FALSE_ALARMS` times an
     hour (Rayleigh distribution), plus a share of what the drive can do in a window.
     """
-    if log.has_accelerations:
-        stamps, changes, window = _by_imu(log, robot)
-        source = "imu"
-    else:
-        stamps, changes, window = _by_odometry(log, robot)
-        source = "odometry"
+    if not log.has_accelerations:
+        return _impacts(*_by_odometry(log, robot), robot, "odometry")
+    seen = _impacts(*_by_imu(log, robot), robot, "imu")
+    others = _impacts(*_by_odometry(log, robot), robot, "odometry")
+    missed = [each for each in others.found if _is_unseen(log.imu_stamps, each.stamp)]
+    found = sorted((*seen.found, *missed), key=lambda each: each.stamp)
+    return replace(seen, found=tuple(found))
+
+
+def _is_unseen(stamps: FloatArray, stamp: float) -> bool:
+    """Whether the inertial unit had nothing within half a second of a time."""
+    after = int(np.searchsorted(stamps, stamp))
+    near = stamps[max(after - 1, 0) : after + 1]
+    return bool(np.abs(near - stamp).min() > 0.5)
+
+
+def _impacts(
+    stamps: FloatArray, changes: FloatArray, window: float, robot: RobotParams, source: str
+) -> Impacts:
+    """Contacts by changes (n, 2) [m/s] of velocity that the drive does not explain."""
     sizes = np.hypot(changes[:, 0], changes[:, 1])
     deviation = max(robust_std(changes[:, 0]), robust_std(changes[:, 1]), 1e-6)
     windows = 3600.0 / max(period_of(stamps), 1e-3)  # [1/h]
@@ -106,7 +121,7 @@ def _by_imu(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatArray, 
     changes[:, 1] += robot.center_of_mass_x * (rates[ends] - rates[ends - count])
     is_whole = stamps[ends] - stamps[ends - count] < 2.0 * count * period
     begins = stamps[ends] - count * period
-    changes[:, 0] -= _driven(log, robot, begins, count * period)
+    changes[:, 0] -= _driven(log, robot, begins, count * period, changes[:, 0])
     return stamps[ends][is_whole], changes[is_whole], count * period
 
 
@@ -117,17 +132,36 @@ def _by_odometry(log: DriveLog, robot: RobotParams) -> tuple[FloatArray, FloatAr
     count = max(math.ceil(_WINDOW / period - 1e-6), 1)
     changes = np.zeros((len(stamps) - count, 2))
     changes[:, 0] = speeds[count:] - speeds[:-count]
-    changes[:, 0] -= _driven(log, robot, stamps[:-count], count * period)
+    changes[:, 0] -= _driven(log, robot, stamps[:-count], count * period, changes[:, 0])
     is_whole = stamps[count:] - stamps[:-count] < 2.0 * count * period
     return stamps[count:][is_whole], changes[is_whole], count * period
 
 
-def _driven(log: DriveLog, robot: RobotParams, begins: FloatArray, window: float) -> FloatArray:
-    """Changes (n,) [m/s] of speed by the servo in windows that begin at times [s]."""
-    if not len(log.commands):
-        return np.zeros(len(begins))
+def _driven(
+    log: DriveLog, robot: RobotParams, begins: FloatArray, window: float, gained: FloatArray
+) -> FloatArray:
+    """Changes (n,) [m/s] of speed by the servo in windows that begin at times [s].
+
+    Of what was gained (n,) [m/s] that is what commands explain that hold at a window's begin or
+    end; without commands whatever the drive can do.
+    """
+    strongest = max(robot.max_acceleration, robot.max_deceleration) * window
+    least, most = np.full(len(begins), -strongest), np.full(len(begins), strongest)
+    if len(log.commands):
+        asked = [_asked(log, robot, begins, window, part * window) for part in (0.0, 0.5, 1.0)]
+        is_asked = used(begins + 0.5 * window, log.commands)
+        least = np.where(is_asked, np.min(asked, axis=0), least)
+        most = np.where(is_asked, np.max(asked, axis=0), most)
+    found: FloatArray = np.clip(gained, least, most)
+    return found
+
+
+def _asked(
+    log: DriveLog, robot: RobotParams, begins: FloatArray, window: float, after: float
+) -> FloatArray:
+    """Changes (n,) [m/s] of speed by the commands that are heard some time [s] into windows."""
     before = np.interp(begins, log.stamps, log.speeds)
-    heard = begins + 0.5 * window - robot.compute_latency
+    heard = begins + after - robot.compute_latency
     latest = np.searchsorted(log.commands[:, 0], heard, side="right") - 1
     targets = np.where(latest >= 0, log.commands[latest.clip(0), 1], 0.0)
     targets = np.clip(targets, -robot.max_speed, robot.max_speed)

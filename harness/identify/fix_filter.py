@@ -38,7 +38,8 @@ class FixTrack:
 
     stamps: FloatArray  # (N,) [s]
     fixes: FloatArray  # (N, 2) x, y [m]
-    ways: FloatArray  # (N - 1, 2) [m] in the frame of the path
+    ways: FloatArray  # (N - 1, 2) [m] of the base, in the frame of the path
+    swings: FloatArray  # (N - 1, 2) [m] of the antenna beside it, likewise
     gaps: BoolArray  # (N - 1,) whether the odometry has a gap there
     heading: float  # [rad] from the path's frame to that of the fixes, at first
 
@@ -57,18 +58,20 @@ def track_of(path: WheelPath, fixes: FloatArray) -> FixTrack | None:
     fixes = fixes[inside]
     if len(fixes) < _LEAST:
         return None
-    stamps, places = fixes[:, 0], path.at(fixes[:, 0])[:, :2]
+    stamps = fixes[:, 0]
+    places, antenna = path.at(stamps)[:, :2], path.of_antenna(stamps)
     driven = path.length(np.full(len(stamps), stamps[0]), stamps)
     first = driven <= _HEADING_BY
     if driven[-1] < _HEADING_BY:
         return None
-    turn = turn_onto(places[first], fixes[first, 1:3])
+    turn = turn_onto(antenna[first], fixes[first, 1:3])
     jumps = np.flatnonzero(np.diff(path.stamps) > _GAP)
     gaps = np.zeros(len(stamps) - 1, dtype=bool)
     for begin, end in zip(path.stamps[jumps], path.stamps[jumps + 1], strict=True):
         gaps |= (stamps[:-1] < end) & (stamps[1:] > begin)
     heading = float(np.arctan2(turn[1, 0], turn[0, 0]))
-    return FixTrack(stamps, fixes[:, 1:3], np.diff(places, axis=0), gaps, heading)
+    swings = np.diff(antenna - places, axis=0)
+    return FixTrack(stamps, fixes[:, 1:3], np.diff(places, axis=0), swings, gaps, heading)
 
 
 @njit()
@@ -76,6 +79,7 @@ def _run(
     stamps: FloatArray,
     fixes: FloatArray,
     ways: FloatArray,
+    swings: FloatArray,
     gaps: BoolArray,
     heading: float,
     logs: FloatArray,
@@ -89,7 +93,7 @@ def _run(
     for k in range(len(ways)):
         dt = stamps[k + 1] - stamps[k]
         cos, sin = np.cos(x[2]), np.sin(x[2])
-        dx, dy = share * ways[k, 0], share * ways[k, 1]
+        dx, dy = share * ways[k, 0] + swings[k, 0], share * ways[k, 1] + swings[k, 1]
         ex, ey = cos * dx - sin * dy, sin * dx + cos * dy
         f = np.eye(3)
         f[0, 2], f[1, 2] = -ey, ex
@@ -126,8 +130,8 @@ def fit_filter(track: FixTrack, white: float) -> FilterFit:
         return of_all(np.insert(logs, 0, 0.0))
 
     def of_all(logs: FloatArray) -> float:
-        deficit = _run(track.stamps, track.fixes, track.ways, track.gaps, track.heading, logs)
-        return float(deficit)
+        ways = track.ways, track.swings
+        return float(_run(track.stamps, track.fixes, *ways, track.gaps, track.heading, logs))
 
     noise = _minimum(of_noise, np.array((*_WANDER, np.log(white))))
     found = _minimum(of_all, np.insert(noise, 0, 0.0))

@@ -15,7 +15,7 @@ from harness.identify.prediction import (
     predict_fixes,
     predict_turns,
 )
-from harness.identify.stillness import imu_noise, imu_walk, lidar_noise, white_noise
+from harness.identify.stillness import imu_noise, imu_walk, lidar_noise, standing, white_noise
 from harness.identify.travel import fit_fixes, fit_scans
 from harness.identify.turning import fit_turning
 from harness.identify.wheel_path import path_of
@@ -26,6 +26,7 @@ from navstack.types import FloatArray
 
 STEPS = "record /cmd_vel, and drive in steps of the command: straight on, and turns on the spot"
 PARTS = 5  # that progress counts
+_LEAST_MOVING = 100  # rows of odometry that tell its noise
 _NOISE = 0.02  # [m/sqrt(m)] of the wheels where it is not known
 UPDATE_DISTANCE, UPDATE_ANGLE = 0.25, 0.2  # [m], [rad] defaults of AMCL's update_min_d, _a
 
@@ -120,7 +121,12 @@ def _twist_noise(
         values = log.odometry[:, column]
         if fit is not None:
             values = values - fit.speeds_at(stamps, log.commands[:, (0, command)])
-        found.append(white_noise(key, values, period, "second differences of the twist"))
+        # encoders that stand read exactly zero
+        values = values[~standing(log)]
+        if len(values) < _LEAST_MOVING:
+            found.append(unknown(key, STEPS))
+            continue
+        found.append(white_noise(key, values, period, "second differences of the twist, moving"))
     return found
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from harness.identify.drive_model import DriveFit, used
 from harness.identify.estimate import BLOCK, half_widths
 from harness.identify.turning import Turning
-from harness.identify.wheel_path import WheelPath, path_of, turn_onto
+from harness.identify.wheel_path import WheelPath, path_of, turn_onto, turned
 from harness.recorded.drive_log import DriveLog, period_of
 from harness.recorded.trajectory import motions_between
 from harness.world.physics.robot import RobotParams
@@ -229,15 +229,16 @@ def _displacements(
     moved = fixes[end, 1:3] - fixes[start, 1:3]
     turns, results = [], []
     for way, share in ((path, 1.0 / scale), (plain, 1.0)):
-        places = share * way.at(past[:, 0])[:, :2]
+        places = way.of_antenna(past[:, 0], share)
         if np.ptp(places, axis=0).max() < _LEAST_DRIVEN:
             return None
         turns.append(turn_onto(places, past[:, 1:3]))
-        here, there = share * way.at(np.array((t0, t1)))[:, :2]
+        here, there = way.of_antenna(np.array((t0, t1)), share)
         results.append(float(np.hypot(*(turns[-1] @ (there - here) - moved))))
     begin = np.array((t0,))
-    dx, dy = _arcs(_twists(log, begin), t1 - t0)[0]
-    ahead = rotation(path.at(begin)[0, 2]) @ (dx, dy)
+    twists, yaw = _twists(log, begin), path.at(begin)[0, 2]
+    swing = np.diff(turned(path.antenna, np.array((0.0, twists[0, 1] * (t1 - t0)))), axis=0)[0]
+    ahead = rotation(yaw) @ (_arcs(twists, t1 - t0)[0] + swing)
     results.append(float(np.hypot(*(turns[0] @ ahead - moved))))
     return results[0], results[1], results[2]
 

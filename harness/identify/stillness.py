@@ -147,16 +147,25 @@ def _difference(before: LaserScan, after: LaserScan) -> FloatArray:
     """Differences of the ranges that both scans have."""
     if len(before.ranges) != len(after.ranges):
         return np.empty(0)
-    with np.errstate(invalid="ignore"):
-        difference = after.ranges - before.ranges
-    kept: FloatArray = difference[np.isfinite(difference) & (np.abs(difference) < _NEAR)]
+    has_both = _returned(before) & _returned(after)
+    difference = after.ranges[has_both] - before.ranges[has_both]
+    kept: FloatArray = difference[np.abs(difference) < _NEAR]
     return kept
+
+
+def _returned(scan: LaserScan) -> BoolArray:
+    """Which beams (n,) met something; many drivers write 0 or a large number where none did."""
+    ranges = scan.ranges
+    with np.errstate(invalid="ignore"):
+        is_within = (ranges >= scan.range_min) & (ranges <= scan.range_max)
+        found: BoolArray = is_within & (ranges > 0.0)
+    return found
 
 
 def _lost(scan: LaserScan) -> tuple[int, int]:
     """Beams without a return between neighbours on one surface, and all such beams."""
     ranges = scan.ranges
-    has_return = np.isfinite(ranges) & (ranges >= scan.range_min)
+    has_return = _returned(scan)
     before, after = np.roll(ranges, 1), np.roll(ranges, -1)
     beside = np.roll(has_return, 1) & np.roll(has_return, -1)
     with np.errstate(invalid="ignore"):

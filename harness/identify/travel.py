@@ -155,23 +155,26 @@ def _matched(log: DriveLog, path: WheelPath) -> tuple[FloatArray, FloatArray]:
     begins, ends = path.stamps[gaps], path.stamps[gaps + 1]
     mount = np.array((1.0, *_mount_of(log), 0.0)) if log.scans else np.zeros(5)
     before: Surfaces | None = None
-    last = 0.0
-    step = max(_PAIR, log.duration / _MOST_PAIRS)
+    last = following = -np.inf
+    step = max(_PAIR, log.duration / _MOST_PAIRS)  # from pair to pair
     for scan in log.scans:
-        if before is not None and scan.stamp - last < step - 1e-3:
-            continue
-        if not path.stamps[0] < scan.stamp < path.stamps[-1]:
+        stamp = scan.stamp
+        is_inside = path.stamps[0] < stamp < path.stamps[-1]
+        if not is_inside or (stamp < following if before is None else stamp < last + _PAIR - 1e-3):
             continue
         after = Surfaces.of(scan)
-        is_whole = not np.any((begins < scan.stamp) & (ends > last))
-        if before is not None and is_whole and scan.stamp - last < 2.0 * _PAIR:
-            ends_at = np.array(((last,), (scan.stamp,)))
+        is_whole = not np.any((begins < stamp) & (ends > last))
+        if before is not None and is_whole and stamp - last < 2.0 * _PAIR:
+            ends_at = np.array(((last,), (stamp,)))
             moved = motions_between(path.at(ends_at[0]), path.at(ends_at[1]))
             motion = match(before, after, _lidar_motion(moved, mount)[0])
             if motion is not None:
-                pairs.append((last, scan.stamp))
+                pairs.append((last, stamp))
                 motions.append(motion)
-        before, last = after, scan.stamp
+        following = last + step
+        is_next = before is None or stamp >= following - 1e-3
+        before = after if is_next else None
+        last = stamp
     return np.array(pairs).reshape(-1, 2), np.array(motions).reshape(-1, 3)
 
 
@@ -236,7 +239,7 @@ def _windows(log: DriveLog, path: WheelPath) -> list[FloatArray]:
 
 def _laid(fixes: FloatArray, path: WheelPath, share: float, delay: float) -> FloatArray:
     """Errors (n, 2) [m] of the path that is moved and turned onto the fixes (Umeyama 1991)."""
-    return apart_when_laid(share * path.at(fixes[:, 0] - delay)[:, :2], fixes[:, 1:3])
+    return apart_when_laid(path.of_antenna(fixes[:, 0] - delay, share), fixes[:, 1:3])
 
 
 def _white(

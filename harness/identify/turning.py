@@ -1,5 +1,6 @@
 """How the wheels measure turns, against the gyro."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ from navstack.types import BoolArray, FloatArray
 _LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
 _LEAST_TURN = 0.05  # [rad] in a window that tells of the scale
 _UNSURE = 0.1  # [-] half interval from which the scale is not identifiable
+_STAMPS = 0.001  # [s] that a delay may be off however many turns there are
+_STEP = 0.1  # [s] over which turns are compared to find the delay
 _SMOOTH = 0.25  # [s] over which the gyro is averaged to tell turns from noise
 _LEAST_TURNED = 3.0  # [rad] in all
 _LEAST_TOGETHER, _LEAST_WINDOWS = 10, 3  # rows of odometry beside the gyro's; windows with a turn
@@ -159,24 +162,36 @@ def _delay(log: DriveLog) -> tuple[float, float]:
 
     Against the poses, for drivers filter the yaw rate that they report: a Husky's is 0.35 s late.
     """
-    periods = np.diff(log.stamps)
-    stamps = log.stamps[1:] - 0.5 * periods
-    rates = np.diff(log.yaws) / periods
-    inside = _with_gyro(log, stamps)
-    stamps, rates = stamps[inside], rates[inside]
+    edges = np.arange(log.imu_stamps[0], log.imu_stamps[-1], _STEP)
+    stamps = edges[:-1] + 0.5 * _STEP
+    inside = _with_odometry(log, stamps)
+    stamps, begins = stamps[inside], edges[:-1][inside]
+    turns = _integral(log.imu_stamps, log.gyro_rates, edges)[inside] / _STEP
 
     def residuals(values: FloatArray) -> FloatArray:
-        gyro = np.interp(stamps + values[0], log.imu_stamps, log.gyro_rates)
-        found: FloatArray = values[1] * gyro + values[2] - rates
+        """The gyro's mean rates less the odometry's, which has less noise and is moved in time."""
+        moved = begins + 1.0 - values[0]
+        ends = np.interp(moved + _STEP, log.stamps, log.yaws)
+        rates = (ends - np.interp(moved, log.stamps, log.yaws)) / _STEP
+        found: FloatArray = values[1] * turns + values[2] - rates
         return found
 
-    starts = [np.array((delay, 1.0, 0.0)) for delay in np.arange(-0.4, 0.41, 0.05)]
+    # 1 s more than the delay, so that relative steps are some
+    starts = [np.array((1.0 + delay, 1.0, 0.0)) for delay in np.arange(-0.4, 0.41, 0.05)]
     start = min(starts, key=lambda values: float(np.abs(residuals(values)).sum()))
     scale = max(robust_std(residuals(start)), 1e-4)
     steps = {"x_scale": (0.01, 0.01, 0.01), "diff_step": (1e-2, 1e-4, 1e-4)}
     solution = least_squares(residuals, start + 1e-4, loss="soft_l1", f_scale=scale, **steps)
     half = half_widths(solution.jac, solution.fun, stamps)
-    return float(solution.x[0]), float(half[0])
+    return float(solution.x[0]) - 1.0, math.hypot(float(half[0]), _STAMPS)
+
+
+def _with_odometry(log: DriveLog, stamps: FloatArray) -> BoolArray:
+    """Which stamps (N,) [s] have a second of odometry before and after them, without a jump."""
+    found: BoolArray = (stamps > log.stamps[0] + 1.0) & (stamps < log.stamps[-1] - 1.0)
+    for jump in log.stamps[:-1][log.jumps]:
+        found &= np.abs(stamps - jump) > 1.0
+    return found
 
 
 def _with_gyro(log: DriveLog, stamps: FloatArray) -> BoolArray:

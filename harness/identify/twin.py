@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import t
 
 from harness.identify.estimate import LEVEL
-from harness.identify.wheel_path import apart_when_laid
+from harness.identify.wheel_path import apart_when_laid, turned
 from harness.metrics.replay_log import TRACE_COLUMNS
 from harness.recorded.drive_log import DriveLog
 from harness.statistics.interval import Interval
@@ -179,7 +179,9 @@ def _believed_error(log: DriveLog, fix_noise: float | None) -> float | None:
     fixes = log.fixes[(log.fixes[:, 0] > stamps[0]) & (log.fixes[:, 0] < stamps[-1])]
     if fix_noise is None or len(fixes) < _LEAST_FIXES:
         return None
-    believed = np.column_stack([np.interp(fixes[:, 0], stamps, log.poses[:, n]) for n in (1, 2)])
+    yaws = np.unwrap(log.poses[:, 3])
+    columns = [np.interp(fixes[:, 0], stamps, each) for each in (*log.poses[:, 1:3].T, yaws)]
+    believed = np.column_stack(columns[:2]) + turned(log.antenna, columns[2])
     errors = apart_when_laid(believed, fixes[:, 1:3])
     squared = float(np.mean(np.sum(errors**2, axis=1))) - 2.0 * fix_noise**2
     return math.sqrt(max(squared, 0.0))

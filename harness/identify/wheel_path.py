@@ -17,11 +17,17 @@ class WheelPath:
     stamps: FloatArray  # (N,) [s]
     poses: FloatArray  # (N, 3) x, y [m] as the odometry has lengths, true yaw [rad]
     driven: FloatArray  # (N,) [m] length until then
+    antenna: FloatArray  # (2,) x, y [m] of the receiver's, base frame
 
     def at(self, stamps: FloatArray) -> FloatArray:
         """Poses (M, 3) at other times."""
         columns = [np.interp(stamps, self.stamps, column) for column in self.poses.T]
         return np.column_stack(columns)
+
+    def of_antenna(self, stamps: FloatArray, share: float = 1.0) -> FloatArray:
+        """Places (M, 2) [m] of the antenna at other times, with lengths times ``share``."""
+        x, y, yaw = self.at(stamps).T
+        return np.column_stack((share * x, share * y)) + turned(self.antenna, yaw)
 
     def length(self, begin: FloatArray, end: FloatArray) -> FloatArray:
         """[m] driven between times (M,)."""
@@ -38,17 +44,37 @@ def path_of(log: DriveLog, turning: Turning, with_gyro: bool = True) -> WheelPat
     middle = 0.5 * (yaw[1:] + yaw[:-1])
     ahead = np.cos(middle) * steps[:, 0] + np.sin(middle) * steps[:, 1]
     ahead[log.steps == 0.0] = 0.0
-    heading = yaw / turning.scale
+    turns = np.where(log.jumps, 0.0, np.diff(yaw) / turning.scale)
     if with_gyro and len(log.imu) > LEAST_IMU:
-        rates = log.gyro_rates - turning.bias
-        times = log.imu_stamps - turning.delay
-        areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
-        heading = np.interp(stamps, times, np.concatenate(((0.0,), np.cumsum(areas))))
+        turns = _by_gyro(log, turning, turns)
+    heading = np.concatenate(((0.0,), np.cumsum(turns)))
     middle = 0.5 * (heading[1:] + heading[:-1])
     steps = ahead[:, None] * np.column_stack((np.cos(middle), np.sin(middle)))
     places = np.vstack((np.zeros(2), np.cumsum(steps, axis=0)))
     driven = np.concatenate(((0.0,), np.cumsum(np.abs(ahead))))
-    return WheelPath(stamps, np.column_stack((places, heading)), driven)
+    return WheelPath(stamps, np.column_stack((places, heading)), driven, log.antenna)
+
+
+def _by_gyro(log: DriveLog, turning: Turning, turns: FloatArray) -> FloatArray:
+    """Turns (N - 1,) [rad] between rows of the odometry, as the gyro has them where it was on."""
+    rates = log.gyro_rates - turning.bias
+    times = log.imu_stamps - turning.delay
+    areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
+    sums = np.concatenate(((0.0,), np.cumsum(areas)))
+    begins, ends = log.stamps[:-1], log.stamps[1:]
+    is_seen = (begins >= times[0]) & (ends <= times[-1])
+    steps = np.diff(times)
+    for gap in np.flatnonzero(steps > max(5.0 * float(np.median(steps)), 0.1)):
+        is_seen &= (ends <= times[gap]) | (begins >= times[gap + 1])
+    found: FloatArray = np.where(is_seen, np.diff(np.interp(log.stamps, times, sums)), turns)
+    return found
+
+
+def turned(place: FloatArray, yaws: FloatArray) -> FloatArray:
+    """A place (2,) in a frame that is turned by yaws (M,) [rad], (M, 2)."""
+    cos, sin = np.cos(yaws), np.sin(yaws)
+    x, y = place
+    return np.column_stack((cos * x - sin * y, sin * x + cos * y))
 
 
 def turn_onto(ours: FloatArray, theirs: FloatArray) -> FloatArray:

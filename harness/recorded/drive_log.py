@@ -3,7 +3,7 @@
 Pauses between its parts are no driving.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +14,8 @@ LEFT = 2.0  # [s] that is left of a pause: more than filters and fits go on over
 LEAST_IMU = 100  # messages of an inertial unit that is used
 _SHOWN = 5  # pauses in a note
 _FASTEST = 30.0  # [m/s] beyond which a step of the odometry is a jump
+# [-] of the speed that it reports, likewise, at least [m/s]
+_TIMES, _SLOW = 3.0, 3.0
 
 
 @dataclass(slots=True, eq=False)
@@ -27,7 +29,9 @@ class DriveLog:
     commands: FloatArray  # (N, 3) [s], forward [m/s], yaw rate [rad/s]; when it was sent
     odometry: FloatArray  # (N, 6) [s], x, y [m], yaw [rad], forward [m/s], yaw rate [rad/s]
     imu: FloatArray  # (N, 5) [s], yaw [rad] or nan, yaw rate [rad/s], ax, ay [m/s2], base frame
-    fixes: FloatArray  # (N, 4) [s], x, y [m] in a local frame, stated deviation [m] or 0
+    # (N, 4) [s], x, y [m] of the antenna in a local frame, which begins anywhere; stated deviation
+    # [m] or 0
+    fixes: FloatArray
     poses: FloatArray  # (N, 4) [s], x, y [m], yaw [rad] where a localizer believed to be, map frame
     takeovers: FloatArray  # (N,) [s] when a person took over, by buttons and switches
     scans: list[LaserScan]  # their stamps less ``start``
@@ -36,6 +40,7 @@ class DriveLog:
     topics: dict[str, str]  # what was read: topic by kind
     files: str  # as the user named them
     resumed: FloatArray  # (n,) [s] of the first odometry after each pause, which is taken out
+    antenna: FloatArray = field(default_factory=lambda: np.zeros(2))  # (2,) x, y [m], base frame
 
     @property
     def stamps(self) -> FloatArray:
@@ -73,12 +78,15 @@ class DriveLog:
         return len(self.imu) > LEAST_IMU and bool(np.any(self.imu[:, 3:5]))
 
     @property
+    def jumps(self) -> BoolArray:
+        """Where the odometry begins anew or jumps, between its rows (N - 1,)."""
+        return jumps_of(self.odometry)
+
+    @property
     def steps(self) -> FloatArray:
         """[m] between rows of the odometry, (N - 1,); 0 over a pause and where it jumps."""
         steps = np.hypot(np.diff(self.odometry[:, 1]), np.diff(self.odometry[:, 2]))
-        is_driven = ~are_jumps(steps, np.diff(self.stamps)) & ~np.isin(
-            self.stamps[1:], self.resumed
-        )
+        is_driven = ~self.jumps & ~np.isin(self.stamps[1:], self.resumed)
         driven: FloatArray = np.where(is_driven, steps, 0.0)
         return driven
 
@@ -95,6 +103,15 @@ def period_of(stamps: FloatArray) -> float:
     if len(stamps) < 2:
         return 0.0
     return float(np.median(np.diff(stamps)))
+
+
+def jumps_of(odometry: FloatArray) -> BoolArray:
+    """Which steps between rows (N, 6) of odometry no robot drives that reports these speeds."""
+    steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
+    speeds = np.abs(odometry[:, 4])
+    fastest = np.maximum(_TIMES * np.maximum(speeds[1:], speeds[:-1]), _SLOW)
+    found: BoolArray = steps > 0.1 + np.minimum(fastest, _FASTEST) * np.diff(odometry[:, 0])
+    return found
 
 
 def are_jumps(steps: FloatArray, seconds: FloatArray) -> BoolArray:
@@ -121,6 +138,14 @@ class Pauses:
         latest = np.searchsorted(self.begins, stamps, side="left") - 1
         ends = np.append(self.ends, -np.inf)[latest]
         found: BoolArray = stamps >= ends
+        return found
+
+    def at_begins(self, stamps: FloatArray) -> FloatArray:
+        """Stamps (M,) [s], those within a pause moved to its begin."""
+        latest = np.searchsorted(self.begins, stamps, side="left") - 1
+        found: FloatArray = np.where(
+            self.leave(stamps), stamps, np.append(self.begins, 0.0)[latest]
+        )
         return found
 
     def taken_out(self, stamps: FloatArray) -> FloatArray:

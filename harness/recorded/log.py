@@ -12,7 +12,7 @@ import numpy as np
 from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError, DamageError
 from harness.recorded.clock import Clock
-from harness.recorded.drive_log import DriveLog, Pauses, are_jumps
+from harness.recorded.drive_log import DriveLog, Pauses, are_jumps, jumps_of
 from harness.recorded.log_rows import JOYSTICK, SWITCH, LogRows, take
 from harness.recorded.mountings import Mountings
 from harness.recorded.moving_frame import Edge
@@ -34,6 +34,7 @@ from navstack.types import FloatArray, LaserScan
 
 LOG_TYPES = TYPES | frozenset((*COMMAND_TYPES, SWITCH, JOYSTICK))
 _TAKEOVER = re.compile(r"e_?stop|emergency|manual|teleop|intervention|takeover", re.IGNORECASE)
+_COMMANDS = re.compile(r"cmd|command|teleop|joy|twist_mux|key_vel", re.IGNORECASE)
 _APART = 5.0  # [s] between two takeovers
 OTHER_CLOCK = 5.0  # [s] between stamps and arrivals from which both are of different clocks
 _FEWEST = 10  # messages of odometry
@@ -71,7 +72,7 @@ def read_log(
         mountings.give(text)
     with Bag(request.bags, LOG_TYPES) as bag:
         topics = Topics(bag.topics, bag.counts(), request.remap)
-        chosen, edge = _choose(bag, topics)
+        chosen, edge = _choose(bag, topics, say)
         read_transforms(bag, topics, mountings)
         if edge is None:
             frame = _one_frame(bag, chosen[ODOMETRY])
@@ -84,10 +85,12 @@ def read_log(
         damage = bag.damage
     if damage:
         say(f"{damage}; what stands before it is used")
-    return _assemble(rows, chosen, has_mounting, request, say)
+    log = _assemble(rows, chosen, has_mounting, request, say)
+    log.antenna = receiver.antenna
+    return log
 
 
-def _choose(bag: Bag, topics: Topics) -> tuple[dict[str, str], Edge | None]:
+def _choose(bag: Bag, topics: Topics, say: Say) -> tuple[dict[str, str], Edge | None]:
     """The topics to read by kind, and between which frames transforms tell the odometry.
 
     Raises:
@@ -97,8 +100,15 @@ def _choose(bag: Bag, topics: Topics) -> tuple[dict[str, str], Edge | None]:
     chosen = {}
     for kind in (TWIST, ODOMETRY, IMU, FIX, SCAN, POSE_COVARIANCE):
         name = topics.find(kind, None)
-        if name is not None and counts[name] > 0:
-            chosen[kind] = name
+        if name is None or counts[name] == 0:
+            continue
+        if kind == TWIST and not (_COMMANDS.search(name) or topics.is_chosen(name)):
+            say(
+                f"{name} is not taken for commands, as its name says nothing of the kind; "
+                f"if they are, give --remap /cmd_vel:={name}"
+            )
+            continue
+        chosen[kind] = name
     if ODOMETRY not in chosen and (moving := moving_frame(bag, topics)) is not None:
         chosen[ODOMETRY] = moving[0]
         return chosen, moving[1]
@@ -228,7 +238,10 @@ def _assemble(
             f"has {_FEWEST} or more"
         )
     _require_one_publisher(arrays[ODOMETRY], chosen[ODOMETRY])
-    _fill_twist(arrays[ODOMETRY])
+    if _fill_twist(arrays[ODOMETRY]):
+        say(f"{chosen[ODOMETRY]} has no velocities; taken from its poses")
+    if jumps := int(jumps_of(arrays[ODOMETRY]).sum()):
+        say(f"the odometry jumps {jumps} times, as where it begins anew; nothing is driven there")
     start = float(arrays[ODOMETRY][0, 0])
     for array in arrays.values():
         array[:, 0] -= start
@@ -237,6 +250,8 @@ def _assemble(
     pauses = Pauses.between(arrays[ODOMETRY][:, 0])
     if len(pauses.begins):
         say(pauses.note())
+        switches = arrays[SWITCH]  # whose robot may be without power
+        switches[:, 0] = pauses.at_begins(switches[:, 0])
         arrays = {kind: _without(pauses, array) for kind, array in arrays.items()}
         scans = _scans_without(pauses, scans)
     return DriveLog(
@@ -302,11 +317,20 @@ def _require_one_publisher(odometry: FloatArray, topic: str) -> None:
         )
 
 
-def _fill_twist(odometry: FloatArray) -> None:
-    """Where a driver leaves the twist out: from the poses, in place."""
+def _fill_twist(odometry: FloatArray) -> bool:
+    """Where a driver leaves the twist out: from the poses, in place; whether that was so.
+
+    Beside a jump of the poses the twist is that before and after.
+    """
     if len(odometry) < 3 or np.any(odometry[:, 4:]):
-        return
+        return False
     stamps, yaw = odometry[:, 0], np.unwrap(odometry[:, 3])
     vx, vy = np.gradient(odometry[:, 1], stamps), np.gradient(odometry[:, 2], stamps)
-    odometry[:, 4] = np.cos(yaw) * vx + np.sin(yaw) * vy
-    odometry[:, 5] = np.gradient(yaw, stamps)
+    steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
+    is_jump = are_jumps(steps, np.diff(stamps))
+    is_sound = ~(np.append(is_jump, False) | np.insert(is_jump, 0, False))
+    if not is_sound.any():
+        return False
+    for column, twist in ((4, np.cos(yaw) * vx + np.sin(yaw) * vy), (5, np.gradient(yaw, stamps))):
+        odometry[:, column] = np.interp(stamps, stamps[is_sound], twist[is_sound])
+    return bool(np.any(odometry[:, 4:]))

@@ -81,6 +81,7 @@ class Receiver:
             self._moving = MovingFrame(edge)
         self._mounted: dict[tuple[str, str], Transform] = {}
         self._forces: list[np.ndarray] = []  # of the inertial unit, in the base frame
+        self.antenna: FloatArray = np.zeros(2)  # (2,) x, y [m] of that of the latest fix
         self.doubt = ""  # why the unit's mounting cannot be right
         self.left_out: Counter[str] = Counter()  # messages that hold nothing usable, by type
         self.taken: Counter[str] = Counter()  # the others
@@ -166,6 +167,7 @@ class Receiver:
         if coordinates is None:
             return None
         lever = self._mounting(FIX, message.header.frame_id).translation
+        self.antenna = lever[:2]
         antenna = transform_points(believed, lever[None, :2])[0]
         if self._frame is None:
             self._place_datum(coordinates, antenna)

@@ -85,6 +85,10 @@ class Topics:
             return name
         return f"/{name}"
 
+    def is_chosen(self, name: str) -> bool:
+        """Whether the user gave a topic for another."""
+        return name in self._chosen.values()
+
     def type_of(self, name: str) -> str:
         """The type of a topic of the bag."""
         return self._types[name]
