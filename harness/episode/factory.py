@@ -199,9 +199,11 @@ class Parts:
         if not task.stack.nav2_file:
             return Parked()
         if task.stack.is_policy:
-            return _policy_brain(
+            brain = _policy_brain(
                 world, self._place, task.stack, task.allow_unknown, self.params.people
             )
+            brain.load()
+            return brain
         factor = self.rules.real_time_factor
         given = world, self._place, task.stack, task.allow_unknown, self._delivery_prices, factor
         if isinstance(self._place, str):
@@ -295,7 +297,7 @@ def _policy_brain(
     allow_unknown: bool,
     persons: PedestrianParams,
 ) -> PolicyBrain:
-    """A stack's policy, which its first delivery loads."""
+    """A stack's policy, to be loaded."""
     senses = senses_on(
         scene_of(place), world, stack, nav2_parameters(stack.nav2_file, allow_unknown), persons
     )

@@ -42,7 +42,7 @@ class WorkerProcess(ProcessPoolExecutor):
         """Run a call in the process, which starts with the first one."""
         with _nothing_of_the_users():
             future = super().submit(function, *args, **kwargs)
-        self._process = next(iter((self._processes or {}).values()), self._process)
+            self._process = next(iter((self._processes or {}).values()), self._process)
         return future
 
     def kill(self) -> None:
@@ -77,11 +77,14 @@ def _nothing_of_the_users() -> Iterator[None]:
         main, safe = sys.modules["__main__"], os.environ.get(_SAFE_PATH)
         sys.modules["__main__"] = ModuleType("__main__")
         os.environ[_SAFE_PATH] = "1"
+        # an interrupt waits until the process has started, which waits for none of its own
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             yield
         finally:
             sys.modules["__main__"] = main
             _set_safe_path(safe)
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
 def _set_safe_path(value: str | None) -> None:
@@ -150,6 +153,7 @@ def _begin_worker(safe_path: str | None) -> None:
     """
     _set_safe_path(safe_path)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     give_memory_back()
     parent = multiprocessing.parent_process()
     if parent is not None:

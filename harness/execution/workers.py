@@ -89,6 +89,11 @@ class _Slot:
         """Of the process that works here; None: it is not known."""
         return self._executor.pid if isinstance(self._executor, WorkerProcess) else None
 
+    def kill(self) -> None:
+        """End the process that works here, whatever it is doing; where it is none nothing ends."""
+        if isinstance(self._executor, WorkerProcess):
+            self._executor.kill()
+
     def discard(self) -> str:
         """Give the executor up, with what runs there if it can be killed.
 
@@ -158,6 +163,8 @@ class Workers:
 
     def __exit__(self, *error: object) -> None:
         for slot in self._idle:
+            slot.kill()
+        for slot in self._idle:
             slot.discard()
 
     def run(
@@ -197,9 +204,12 @@ class Workers:
                     else:
                         yield result
         finally:
-            for each in running.values():
-                each.slot.discard()
-                self._idle.append(each.slot)
+            slots = [each.slot for each in running.values()]
+            self._idle += slots
+            for slot in slots:  # all of them, before another interrupt may come
+                slot.kill()
+            for slot in slots:
+                slot.discard()
 
     def _most(self) -> int:
         """Number of tasks that may run just now."""

@@ -1,6 +1,7 @@
 """The finished missions of a check by meetings, a line each in its run folder."""
 
 import json
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from harness.meetings.mission import MissionDrive
 from harness.storage.checksums import sealed, unsealed
 from harness.storage.files import no_links, replacing, writing
 from harness.storage.new_run import MEETINGS_FILE
+from navstack.errors import InputError
 from navstack.files import check_regular
 
 FILE = MEETINGS_FILE
@@ -40,9 +42,11 @@ class KeptMissions:
         Raises:
             InputError: the file cannot be written.
         """
-        self._note(drive)
         with writing(self.file), open(self.file, "ab", opener=no_links) as stream:
             stream.write(_line_of(drive))
+            stream.flush()
+            os.fsync(stream.fileno())
+        self._note(drive)
 
     def _note(self, drive: MissionDrive | None) -> None:
         if drive is None:
@@ -59,24 +63,27 @@ def kept_missions(folder: Path, is_ours: bool = False) -> KeptMissions:
         is_ours: whether nobody else writes it now; then a line that was cut off is removed.
 
     Raises:
-        InputError: the file is none of ours, or cannot be written.
+        InputError: the file is none of ours, is damaged, or cannot be written.
     """
     found = KeptMissions(folder / FILE)
     if not found.file.exists():
         return found
     check_regular(found.file, MOST)
     lines = found.file.read_bytes().splitlines(keepends=True)
-    whole = 0
-    for line in lines:
+    is_cut = bool(lines) and not lines[-1].endswith(b"\n")
+    whole = lines[:-1] if is_cut else lines
+    for number, line in enumerate(whole, start=1):
         try:
-            drive = _drive_in(line)
+            found._note(_drive_in(line))
         except (ValueError, KeyError, TypeError):
-            break  # what comes after it was drawn by what it said
-        found._note(drive)
-        whole += 1
-    if is_ours and whole < len(lines):
+            # what comes after it was drawn by what it said
+            raise InputError(
+                f"'{found.file}': line {number} of {len(lines)} is damaged; restore the file, or "
+                "begin anew in another folder"
+            ) from None
+    if is_ours and is_cut:
         with writing(found.file), replacing(found.file) as stream:
-            stream.writelines(lines[:whole])
+            stream.writelines(whole)
     return found
 
 
@@ -109,8 +116,6 @@ def _drive_in(line: bytes) -> MissionDrive | None:
     Raises:
         ValueError, KeyError, TypeError: it is not what was written.
     """
-    if not line.endswith(b"\n"):
-        raise ValueError("cut off")
     content = json.loads(unsealed(line))["mission"]
     if content is None:
         return None

@@ -83,13 +83,16 @@ class PolicyBrain(SteeredBrain):
         self._watch = Stopwatch()
         self._follows = False
 
-    def try_out(self) -> None:
-        """Load the policy and let it go: each process that drives has its own.
+    def load(self) -> None:
+        """Load the policy, unless it is there.
 
         Raises:
             PolicyError: it cannot be loaded.
         """
         self._policy.start()
+
+    def let_go(self) -> None:
+        """End the policy's process: each process that drives has its own."""
         self._policy.close()
 
     @property

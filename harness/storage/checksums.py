@@ -59,6 +59,11 @@ def note_tables(folder: Path) -> None:
         _write(folder, known | _digests(folder, (*OF_FINISHED, RECORDINGS)))
 
 
+def is_noted(folder: Path, name: str, content: bytes) -> bool:
+    """Whether a file with this content is what was noted for a name."""
+    return (_known(folder) or {}).get(name) == _digest(content)
+
+
 def root_digest(folder: Path) -> str | None:
     """SHA-256 of the file of checksums, which stands for the whole run; None: there is none."""
     if not (folder / CHECKSUMS).is_file():

@@ -3,9 +3,12 @@
 import contextlib
 import errno
 import fcntl
+import glob
 import os
 import re
 import shutil
+import tempfile
+import threading
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
@@ -43,9 +46,8 @@ def write_text(path: Path, text: str) -> None:
 
 def nearby(path: Path) -> Path:
     """An absolute path as seen from the current folder, where it is inside of it."""
-    here = Path.cwd()
-    if path.is_relative_to(here):
-        return path.relative_to(here)
+    with contextlib.suppress(FileNotFoundError, ValueError):  # it is gone, or elsewhere
+        return path.relative_to(Path.cwd())
     return path
 
 
@@ -145,7 +147,9 @@ def replacing(path: Path) -> Iterator[IO[bytes]]:
 
     A power cut leaves the old or the new one.
     """
-    partial = path.with_name(f"{path.name}.partial")
+    # of its own: another program, or thread, may write the same file
+    owner = f"{os.getpid()}-{threading.get_ident()}"
+    partial = path.with_name(f"{path.name}.{owner}.partial")
     try:
         with open(partial, "wb", opener=no_links) as stream:
             yield stream
@@ -174,16 +178,19 @@ def arriving_together(folder: Path, name: str) -> Iterator[Path]:
     Raises:
         InputError: the folder cannot be written.
     """
-    partial = folder / f".{name}.partial"
     with writing(folder):
-        if partial.exists():
-            shutil.rmtree(partial)
-        partial.mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        for left in folder.glob(f".{glob.escape(name)}.*.partial"):
+            with contextlib.suppress(InputError), locked(left):  # nobody writes it any more
+                shutil.rmtree(left)
+        partial = Path(tempfile.mkdtemp(prefix=f".{name}.", suffix=".partial", dir=folder))
     try:
-        yield partial
-        with writing(folder):
-            for file in sorted(partial.iterdir()):
-                file.replace(folder / file.name)
+        with locked(partial):
+            yield partial
+            with writing(folder):
+                for file in sorted(partial.iterdir()):
+                    if file.name != LOCK:
+                        file.replace(folder / file.name)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
 

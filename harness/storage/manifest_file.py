@@ -1,13 +1,20 @@
 """The manifest of a run folder: read, changed, and what it says of changes by others."""
 
+import contextlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from harness.storage.checksums import CHECKSUMS, changed_files, write_checksums
+from harness.storage.checksums import CHECKSUMS, changed_files, is_noted, write_checksums
 from harness.storage.documents import json_text
-from harness.storage.files import locked, require_real_folders, write_text, writing
+from harness.storage.files import (
+    locked,
+    require_real_folders,
+    sync_folder,
+    write_text,
+    writing,
+)
 from harness.storage.new_run import (
     ABLATION,
     CHECK,
@@ -24,6 +31,7 @@ from harness.storage.texts import quoted
 from navstack.errors import InputError
 from navstack.params.strict import read_text
 
+NEXT = "run.json.next"  # a manifest on its way
 # entry of a manifest: deliveries of each stack by its name, where not all have as many
 COUNTS = "episodes_of"
 WITHIN = "within_usd"
@@ -188,6 +196,9 @@ def require_unchanged(path: Path) -> None:
     Raises:
         InputError: it was changed.
     """
+    if (path / NEXT).exists():  # a program was killed
+        with contextlib.suppress(OSError, InputError), locked(path):
+            finish_rewriting(path)
     if changed := changed_files(path, not (path / JOURNAL).exists()):
         way_on = f"go on with --resume {quoted(path)} --force, which marks the run as mixed"
         marks = {f"{FOLDER}/{mark}" for mark in OTHER_STUDIES}
@@ -224,6 +235,22 @@ def _rewrite(path: Path, changes: Row) -> None:
     if not content:
         raise InputError(f"'{path / MANIFEST}' is damaged; restore it, or begin a new run")
     manifest = json_text({**content, **changes})
-    if (path / CHECKSUMS).exists():
+    if not (path / CHECKSUMS).exists():
+        write_text(path / MANIFEST, manifest)
+        return
+    try:
+        write_text(path / NEXT, manifest)
         write_checksums(path, {MANIFEST: manifest})
-    write_text(path / MANIFEST, manifest)
+    finally:
+        finish_rewriting(path)
+
+
+def finish_rewriting(path: Path) -> None:
+    """Put a manifest in its place that an interrupt or a full disk left beside it, if it is due."""
+    if not (path / NEXT).is_file():
+        return
+    if is_noted(path, MANIFEST, (path / NEXT).read_bytes()):
+        (path / NEXT).replace(path / MANIFEST)
+        sync_folder(path)
+    else:
+        (path / NEXT).unlink()

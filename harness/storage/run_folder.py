@@ -43,6 +43,7 @@ from harness.storage.texts import quoted
 from navstack.errors import InputError
 from navstack.files import check_regular
 
+SUMMARY = "summary.json"
 JOURNAL = "journal.jsonl"  # episodes in the order they finished; there as long as some are missing
 RECORDED = "recordings"  # folder of what is recorded of each episode
 MOST_JOURNAL = 10_000_000_000  # [bytes] of a whole journal
@@ -79,6 +80,7 @@ class RunFolder:
         self._tables, self._total = tables, total
         self._forget()
         self._journal: IO[bytes] | None = None
+        self._has_summary = False  # of this session
         self._open = contextlib.ExitStack()
         with self._writing(), contextlib.ExitStack() as opening:
             require_real_folders(path)
@@ -169,7 +171,15 @@ class RunFolder:
 
     def write_summary(self, summary: Row) -> None:
         """Write ``summary.json``."""
-        self._write(lambda: write_text(self._inside / "summary.json", json_text(summary)))
+        self._write(lambda: write_text(self._inside / SUMMARY, json_text(summary)))
+        self._has_summary = True
+        if self.is_closed:
+            self._write(lambda: note_tables(self._inside))
+
+    @property
+    def lacks_summary(self) -> bool:
+        """Whether nobody has summed up its tables, as where the program was interrupted then."""
+        return not (self._inside / SUMMARY).exists()
 
     def close(self) -> None:
         """Turn the journal into the three tables, by stack and episode whatever the order of work.
@@ -181,6 +191,8 @@ class RunFolder:
             if self._journal is None:
                 return
             try:
+                if not self._has_summary:  # that of fewer deliveries
+                    (self._inside / SUMMARY).unlink(missing_ok=True)
                 self._write(self._write_tables)
                 if self.is_complete:
                     (self._inside / JOURNAL).unlink()

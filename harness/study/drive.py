@@ -211,7 +211,7 @@ def run_document(result: StackResult, study: Study, folder: Path | None) -> Row:
 def finish(study: Study, folder: RunFolder) -> list[StackResult]:
     """The results of what is finished, which the folder keeps too."""
     results = summarize_study(study, folder.rows, folder.timings)
-    if not folder.is_closed:
+    if not folder.is_closed or folder.lacks_summary:
         folder.write_summary(
             {"schema": 1, "runs": [run_document(result, study, None) for result in results]}
         )

@@ -14,7 +14,6 @@ from harness.policy.interface import PolicyError
 from harness.storage.shipped import is_district, is_file, shipped
 from harness.storage.texts import quoted
 from harness.study.compile_ahead import compile_ahead
-from harness.task.brain import Brain
 from harness.task.mission import CLEARANCE
 from harness.task.stack import ROS2, Stack
 from harness.task.study import RECORDS, Study
@@ -54,7 +53,7 @@ def check(study: Study) -> list[str]:
     if study.template.start is None:
         notes += start_notes(study.stacks, [parts.robot for parts in deliveries])
     for stack, parts in zip(study.stacks, deliveries, strict=True):
-        _try_out(parts.brain(parts.world()))
+        _try_out(parts)
         if parts is deliveries[0]:
             notes += crowd_notes(study, parts) + leg_notes(study)
         notes += sensor_notes(stack, parts.scene)
@@ -67,17 +66,18 @@ def check(study: Study) -> list[str]:
     return notes
 
 
-def _try_out(brain: Brain) -> None:
-    """Load a policy, where one drives.
+def _try_out(parts: Parts) -> None:
+    """Make what drives.
 
     Raises:
-        InputError: it cannot be loaded.
+        InputError: it cannot be made, or is a policy that cannot be loaded.
     """
+    try:
+        brain = parts.brain(parts.world())
+    except PolicyError as error:
+        raise InputError(str(error)) from None
     if isinstance(brain, PolicyBrain):
-        try:
-            brain.try_out()
-        except PolicyError as error:
-            raise InputError(str(error)) from None
+        brain.let_go()
 
 
 def _first_delivery(study: Study, number: int) -> Parts:

@@ -162,6 +162,7 @@ def resume_ablation(
             f"--retry-errors is for whole deliveries, and '{path}' drives meetings; leave it out"
         )
     say_notes(version_notes(path))
+    check(study)
     if episodes is not None:
         extend(path, episodes)
     if within is not None:

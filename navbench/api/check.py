@@ -157,6 +157,7 @@ def resume_check(
     read_manifest(path)
     require_study(path, CHECK)
     say_notes(version_notes(path))
+    notes_of(load_study(path))
     declaration = load_dataclass(CheckDeclaration, path / "params" / CHECK)
     return written(_driven(path, declaration, where or Where(), budget), markdown, path)
 

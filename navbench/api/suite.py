@@ -145,6 +145,10 @@ def resume_suite(folder: Path, portion: Portion = ALL, where: Where | None = Non
     stored = stored_suite(path)
     begun = [cell for cell in portion.cells(stored) if is_begun(path, cell)]
     say_notes(dict.fromkeys(note for cell in begun for note in version_notes(path / cell.name)))
+    for cell in begun:
+        study = load_study(path / cell.name)
+        if count_finished(path / cell.name) < study.total:
+            check(study)
     return _drive(path, stored, portion, where or Where())
 
 

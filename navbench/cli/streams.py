@@ -17,6 +17,10 @@ def provide_streams() -> None:
     Standard output writes a character that it has no bytes for as its escape, as standard error.
     What is said on standard error may be lost: work and answer go on without.
     """
+    number = -1
+    while number <= _STDERR:
+        number = os.open(os.devnull, os.O_RDWR)
+    os.close(number)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - to the end

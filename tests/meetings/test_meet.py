@@ -38,9 +38,8 @@ class Scripted:
         self._leave = leave  # [s] until which people stand there
         self._end = leave + 3.0  # [s] of the delivery
         self._drives_from = drives_from  # [s] at 2 m/s
-        self.parts: Any = SimpleNamespace(
-            params=SimpleNamespace(people=SimpleNamespace(start_clearance=CLEARANCE))
-        )
+        people = SimpleNamespace(start_clearance=CLEARANCE)
+        self.parts: Any = SimpleNamespace(params=SimpleNamespace(people=people), prices=None)
 
     @property
     def truth(self) -> Any:
@@ -92,7 +91,7 @@ def met(delivery: Scripted, person: int = 0, stage: Stage | None = None, moment:
 
 @pytest.fixture(autouse=True)
 def no_prices(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "margin_of", lambda row, parts: -60.0)
+    monkeypatch.setattr(module, "margin_of", lambda row, prices: -60.0)
 
 
 def test_nobody_is_hit_twice_in_two_meetings_or_in_none() -> None:

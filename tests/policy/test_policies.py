@@ -148,12 +148,12 @@ def test_one_that_only_one_process_can_load_drives(
     assert not (tmp_path / "other").exists()
 
 
-def test_one_that_cannot_be_loaded_has_failed_its_delivery(
+def test_one_whose_file_went_has_failed_no_delivery(
     stack: Write, task_of: Task, tmp_path: Path
 ) -> None:
     (tmp_path / "alone.txt").write_text("taken")
-    row = run_episode(task_of(stack("Alone", more=", file: alone.txt"))).row
-    assert row["outcome"] == "physical_assistance" and "load: OSError" in row["stack_error"]
+    with pytest.raises(PolicyError, match="load: OSError"):
+        run_episode(task_of(stack("Alone", more=", file: alone.txt")))
 
 
 def test_one_that_is_asked_more_often_than_the_nav2_file_ticks(stack: Write, task_of: Task) -> None:

@@ -13,7 +13,7 @@ from harness.meetings.allowed import require_meetings
 from harness.meetings.estimators import DELIVERIES
 from harness.storage.new_run import TUNING, create_run, output_folder, require_usable
 from harness.storage.shipped import resolve, shipped
-from harness.study.manifest import about, parameters
+from harness.study.manifest import about, load_study, parameters
 from harness.study.places import Where
 from harness.study.preflight import check
 from harness.task.made_files import is_made
@@ -209,8 +209,9 @@ def resume_tuning(
     A finished study searches on only with another ``budget``. ``more`` are numbers of missions in
     place of those of before: ``test_episodes``, ``final_episodes``, ``waterfall_missions``.
     """
-    # a link may point elsewhere before the study ends
-    return drive_tuning(folder.resolve(), where or Where(), budget=budget, **more)
+    path = folder.resolve()  # a link may point elsewhere before the study ends
+    check(load_study(path))
+    return drive_tuning(path, where or Where(), budget=budget, **more)
 
 
 def _run_options(choices: Mapping[str, Any]) -> tuple[str, ...]:
