@@ -9,6 +9,7 @@ import pytest
 from harness.identify.identification import _predictions
 from harness.identify.urdf import read_urdf
 from harness.recorded.log import LogRequest, read_log
+from harness.recorded.ros_messages import TWIST_STAMPED
 from navbench.cli.app import main
 from navstack.errors import InputError
 from navstack.types import Pose2D, Twist2D
@@ -186,3 +187,20 @@ def test_what_is_read_is_never_overwritten(
     assert leaving.value.code == 1
     assert "is a file that is read; give another name" in capsys.readouterr().err
     assert nav2.read_text() == (folder / "metadata.yaml").read_text() == "# mine"
+
+
+@pytest.mark.parametrize(
+    ("topic", "remap", "count"),
+    [("/cmd_vel", (), 200), ("/gps/vel", (), 0), ("/gps/vel", ("/cmd_vel:=/gps/vel",), 200)],
+)
+def test_a_receivers_velocity_is_no_command(
+    topic: str, remap: tuple[str, ...], count: int, tmp_path: Path
+) -> None:
+    moving = {"twist": {"linear": {"x": 1.0}}}
+    twists = [Entry(topic, TWIST_STAMPED, START + 0.05 * n, moving) for n in range(200)]
+    entries = sorted([*straight(), *twists], key=lambda entry: entry.stamp)
+    bag = drives.write_mcap(tmp_path / "drive.mcap", entries)
+    notes: list[str] = []
+    log = read_log(LogRequest((bag,), remap=remap), notes.append)
+    assert len(log.commands) == count
+    assert any("is not taken for commands" in note for note in notes) == (count == 0)
