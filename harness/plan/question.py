@@ -17,13 +17,16 @@ from harness.episode.factory import Parts
 from harness.plan.path_check import Obstacles
 from harness.storage.shipped import resolve, shipped
 from harness.task.study import EpisodeTask, make_study
+from harness.world.map.importer import resampled
 from navstack.build import build_global_costmap, robot_shape
 from navstack.costmap.costmap import Costmap
-from navstack.costmap.occupancy_grid import OCCUPIED
+from navstack.costmap.map_io import load_map
+from navstack.costmap.occupancy_grid import OCCUPIED, OccupancyGrid, align
 from navstack.errors import PlanningError, UnknownNameError
 from navstack.params.extensions import algorithms
+from navstack.params.filters import KEEPOUT
 from navstack.params.nav2_file.file import Nav2File
-from navstack.params.nav2_file.views import read_planners, read_smoothers
+from navstack.params.nav2_file.views import read_costmap, read_masks, read_planners, read_smoothers
 from navstack.params.planners import (
     OMPL_ALGORITHMS,
     SE2_ALGORITHMS,
@@ -34,7 +37,7 @@ from navstack.params.planners import (
 from navstack.planning.planner import Planner, RobotShape
 from navstack.planning.polyline_kernels import polyline_cost
 from navstack.planning.simple_smoother import SimpleSmoother
-from navstack.types import FloatArray, Path, Pose2D
+from navstack.types import BoolArray, FloatArray, Path, Pose2D
 
 OMPL = "navstack::OmplPlanner"
 GRID = {
@@ -90,10 +93,25 @@ def make_ground(task: EpisodeTask, start: Pose2D | None = None) -> PlanningMap:
     layered = build_global_costmap(parts.nav2, grid, keepout)
     layered.update(start or Pose2D(grid.origin.x, grid.origin.y), None, 0.0)
     taken = grid.data == OCCUPIED
-    if keepout is not None:
+    own = _own_keepout(parts.nav2, grid)
+    if own is not None:
+        taken |= own
+    elif keepout is not None:
         taken |= keepout
     obstacles = Obstacles(taken, grid.resolution, grid.origin.x, grid.origin.y)
     return PlanningMap(layered.master, robot_shape(layered), obstacles, parts.robot.polygon)
+
+
+def _own_keepout(nav2: Nav2File, grid: OccupancyGrid) -> BoolArray | None:
+    """Cells (H, W) of a map that the file's own keepout masks close; None: it names none."""
+    masks = read_masks(nav2, read_costmap(nav2, "global_costmap"))
+    keepouts = [mask for mask in masks.values() if mask.info.type == KEEPOUT]
+    if not keepouts:
+        return None
+    closed = np.zeros(grid.data.shape, dtype=bool)
+    for mask in keepouts:
+        closed |= resampled(align(load_map(mask.path)), grid).data == OCCUPIED
+    return closed
 
 
 def ends_of(task: EpisodeTask) -> tuple[Pose2D, Pose2D]:

@@ -14,6 +14,7 @@ from navstack.params.extensions import uses_map
 from navstack.params.nav2_file.file import Nav2File
 from navstack.types import Belief, Pose2D
 
+_SURE = 1e-6  # [m], [rad] deviation of who says that there is none
 ANY_HEADING = np.diag((1.0, 1.0, math.pi**2 / 3.0))  # [m2, m2, rad2] of an unknown start
 
 
@@ -41,6 +42,8 @@ def start_belief(given: str | None, nav2: Nav2File, localizer: str) -> Belief | 
             raise InputError(
                 f"--initial-pose '{given}' has a negative standard deviation; give 0 or more"
             )
+        if len(values) > 3:  # a covariance of 0 stands for none
+            xy, yaw = max(xy, _SURE), max(yaw, _SURE)
         return Belief(Pose2D(*values[:3]), np.diag((xy**2, xy**2, yaw**2)))
     if not uses_map(localizer):
         return Belief(Pose2D(), ANY_HEADING)

@@ -32,7 +32,8 @@ class Colours:
 
 
 COLOURS = read_data(Colours, "map_colours.toml")
-_STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500)  # [m] lengths of a scale bar
+# [m] lengths of a scale bar
+_STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 
 # What a picture shows besides zones and obstacles: title, colour of the cells, and which cells.
@@ -238,7 +239,9 @@ def draw_scale_bar(axes: "Axes", area: Rect) -> None:
             zorder=9.0,
         )
     text_x = x + length + 0.01 * area.width
-    axes.text(text_x, y, f"{length} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.0)
+    axes.text(
+        text_x, y, f"{length:g} m", fontsize=7.0, ha="left", va="center", bbox=box, zorder=9.0
+    )
 
 
 def _extent(scene: Scene) -> Rect:

@@ -25,7 +25,7 @@ from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
-from navstack.errors import ParameterError, UnknownNameError
+from navstack.errors import InputError, NavstackError, ParameterError, UnknownNameError
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
@@ -65,7 +65,12 @@ def run_scenario(path: Path) -> Result:
         InputError: the file, or something that it names, cannot be used.
     """
     scenario = load_scenario(path)
-    drive = _drive(scenario, path)
+    try:
+        drive = _drive(scenario, path)
+    except NavstackError as error:
+        if str(path) in str(error):
+            raise
+        raise InputError(f"{path}: {error}") from None
     return Result(path, scenario, judge(drive, scenario.checks), float(drive.times[-1]))
 
 

@@ -1,5 +1,6 @@
 """A scenario file: who stands where, what happens, and what must come of it."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -189,10 +190,25 @@ class Scenario:
                 f"checks: arrives_within {within:g} s is beyond the time_limit "
                 f"{self.time_limit:g} s"
             )
+        _require_in_time(self.people, self.time_limit)
         if len(self.people) + len(self.things) > MOST_ACTORS:
             raise ParameterError(
                 f"{len(self.people)} people and {len(self.things)} things; at most {MOST_ACTORS} "
                 "in all"
+            )
+
+
+def _require_in_time(people: Iterable[PersonScript], time_limit: float) -> None:
+    """Check that nobody sets out after the end [s].
+
+    Raises:
+        ParameterError: somebody does.
+    """
+    for person in people:
+        if person.starts_at >= time_limit:
+            raise ParameterError(
+                f"person '{person.name}': starts_at {person.starts_at:g} s is not before the "
+                f"time_limit {time_limit:g} s"
             )
 
 

@@ -14,7 +14,13 @@ from harness.world.map.scene_io import FREE_BELOW
 from harness.world.map.shapes import Rect
 from navstack.costmap.map_image import MAX_PIXELS
 from navstack.costmap.map_io import load_metadata, load_squares, save_map
-from navstack.costmap.occupancy_grid import FREE, OccupancyGrid
+from navstack.costmap.occupancy_grid import (
+    FREE,
+    OCCUPIED,
+    SOLID_FROM,
+    UNKNOWN,
+    OccupancyGrid,
+)
 from navstack.errors import MapError
 from navstack.types import Pose2D
 
@@ -64,7 +70,10 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
         is_free = (tile.data >= FREE) & (tile.data < FREE_BELOW)
         if is_free.any():
             files.append(folder / f"{name}_{column}_{row}.yaml")
-            save_map(tile, files[-1])
+            cells = np.full(tile.data.shape, UNKNOWN, dtype=np.int8)
+            cells[is_free] = FREE
+            cells[tile.data >= SOLID_FROM] = OCCUPIED
+            save_map(OccupancyGrid(cells, r, corner), files[-1])  # an image has no shades between
             free.append(_area(is_free, tile))
     if not files:
         raise MapError(

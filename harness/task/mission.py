@@ -9,7 +9,13 @@ import shapely
 from scipy import ndimage
 
 from harness.task.clearance import coarse_clearance
-from harness.task.shortest_paths import descend, distance_field, path_length, string_pull
+from harness.task.shortest_paths import (
+    descend,
+    distance_field,
+    line_of_sight,
+    path_length,
+    string_pull,
+)
 from navstack.costmap.occupancy_grid import FREE, SOLID_FROM, OccupancyGrid
 from navstack.errors import InputError, MapError, UnknownNameError
 from navstack.geometry import transform_points
@@ -22,6 +28,7 @@ CLEARANCE = 1.0  # [m] of start and goal to the edges of the navigation mesh (pu
 ROBOT_RADIUS = 0.4
 GOAL_DISTANCE = (20.0, 1000.0)  # [m] between start and goal as the crow flies (published sampling)
 _COARSE = 0.2  # [m] grid on which paths are searched
+_TOUCH = 0.2  # [-] of a cell's side that a footprint may reach into an occupied one
 _BATCH = 64  # draws at a time
 _MOST_BATCHES = 2000
 
@@ -160,7 +167,8 @@ class MissionSampler:
                 f"{start.y:.1f}) m "
                 f"to goal ({goal.x:.1f}, {goal.y:.1f}) m; choose poses on connected walkable ground"
             )
-        return Mission(start, goal, self._length(self._path(from_cell, to_cell)))
+        length = self._length(self._path(from_cell, to_cell))
+        return Mission(start, goal, max(length, math.hypot(goal.x - start.x, goal.y - start.y)))
 
     def _label(self, cell: IntArray) -> int:
         return int(self._labels[cell[0], cell[1]])
@@ -183,7 +191,7 @@ class MissionSampler:
         return self._mesh.origin.x + float(column), self._mesh.origin.y + float(row)
 
     def _nearest_passable(self, pose: Pose2D) -> IntArray | None:
-        """The passable coarse cell nearest to a pose, within 1 m of it."""
+        """The passable coarse cell nearest to a pose, within 1 m of it and in sight."""
         size = self._cell_size
         row = int((pose.y - self._mesh.origin.y) / size)
         column = int((pose.x - self._mesh.origin.x) / size)
@@ -192,10 +200,21 @@ class MissionSampler:
         cells = low + np.argwhere(
             self._passable[low[0] : row + reach + 1, low[1] : column + reach + 1]
         )
-        if not len(cells):
-            return None
-        nearest: IntArray = cells[np.argmin(((cells - (row, column)) ** 2).sum(axis=1))]
-        return nearest
+        for cell in cells[np.argsort(((cells - (row, column)) ** 2).sum(axis=1), kind="stable")]:
+            if self._sees(pose, cell):
+                nearest: IntArray = cell
+                return nearest
+        return None
+
+    def _sees(self, pose: Pose2D, cell: IntArray) -> bool:
+        """Whether free ground leads straight from a pose to a coarse cell's centre."""
+        r, origin = self._ground.resolution, self._ground.origin
+        x, y = self._centre(cell)
+        ends = ((pose.x, pose.y), (x, y))
+        (mx0, my0), (mx1, my1) = (
+            (int((px - origin.x) / r), int((py - origin.y) / r)) for px, py in ends
+        )
+        return line_of_sight(self._ground.data == FREE, my0, mx0, my1, mx1)
 
 
 def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
@@ -222,11 +241,11 @@ def check_pose_free(walkable: OccupancyGrid, pose: Pose2D, what: str) -> None:
         return
     free = np.argwhere(walkable.data == FREE)
     if not len(free):
-        raise InputError(f"{where} lies in an occupied cell; the map has no free cell")
+        raise InputError(f"{where} lies in no free cell; the map has none")
     offsets = (free[:, ::-1] + 0.5) * r + (origin.x - pose.x, origin.y - pose.y)
     distance = float(np.hypot(*offsets.T).min())
     raise InputError(
-        f"{where} lies in an occupied cell; nearest free cell is {distance:.2f} m away"
+        f"{where} lies in an occupied or unknown cell; nearest free cell is {distance:.2f} m away"
     )
 
 
@@ -257,9 +276,11 @@ def check_footprint_free(geometry: OccupancyGrid, start: Pose2D, footprint: Floa
     low = np.maximum(np.floor(cells.min(axis=0)).astype(int), 0)
     high = np.minimum(np.ceil(cells.max(axis=0)).astype(int), (geometry.width, geometry.height))
     rows, columns = np.mgrid[low[1] : high[1], low[0] : high[0]]
-    x = corner.x + (columns + 0.5) * size
-    y = corner.y + (rows + 0.5) * size
-    covered = shapely.contains_xy(shapely.Polygon(polygon), x, y)
+    x, y = corner.x + columns * size, corner.y + rows * size
+    # not its centre alone, which on a coarse map may be far from a corner of the robot
+    edge = _TOUCH * size
+    inner = shapely.box(x + edge, y + edge, x + size - edge, y + size - edge)
+    covered = shapely.intersects(shapely.Polygon(polygon), inner)
     if (geometry.data[rows, columns][covered] >= SOLID_FROM).any():
         raise InputError(
             f"start ({start.x:g}, {start.y:g}) m, yaw {start.yaw:g}: the robot's footprint "

@@ -25,6 +25,7 @@ _MAX_BYTES_OF_PGM = 2 * MAX_WHOLE + 1000  # of a binary one
 _FORMATS = ("PNG", "BMP", "PPM", "GIF", "JPEG", "TIFF", "WEBP")  # of Pillow's; others run programs
 _DIGITS_AND_GAPS = b"0123456789 \t\r\n\v\f"
 _QUANTUM = 65535  # GraphicsMagick's largest channel value while it reads
+_PHOTOMETRIC, _WHITE_IS_ZERO = 262, 0  # tag of a TIFF
 OPAQUE = 255  # alpha of a pixel through which nothing shines
 _GAP = rb"(?:\s|#[^\n\r]*[\n\r])+"  # white space and comments
 _PGM_HEADER = re.compile(rb"P([25])" + (_GAP + rb"(\d+)") * 3)
@@ -211,12 +212,22 @@ def _read_other(path: Path, crops: Sequence[Crop | None]) -> Iterator[MapImage]:
         ) from None
 
 
+def _convert_16_bits(image: Image.Image) -> MapImage:
+    values = np.asarray(image).astype(np.int64)
+    transparent = None
+    if isinstance(image.info.get("transparency"), int):
+        transparent = values == image.info["transparency"]
+    if getattr(image, "tag_v2", {}).get(_PHOTOMETRIC) == _WHITE_IS_ZERO:  # Pillow leaves it so
+        values = 2**16 - 1 - values
+    return MapImage(_in_8_bits(values), transparent)
+
+
 def _convert(image: Image.Image) -> MapImage:
     if image.mode in ("F", "I"):
         raise ValueError(f"pixels of mode {image.mode}, where 8 or 16 bits are needed")
     has_alpha = image.mode in ("LA", "PA", "RGBA", "La", "RGBa") or "transparency" in image.info
     if image.mode.startswith("I;16"):
-        return MapImage(_in_8_bits(np.asarray(image).astype(np.int64)), None)
+        return _convert_16_bits(image)
     if not has_alpha:
         return MapImage(np.asarray(image.convert("L")), None)
     with_alpha = image.convert("RGBA")

@@ -241,6 +241,8 @@ def _check(metadata: MapMetadata, path: Path) -> None:
 def _check_thresholds(metadata: MapMetadata, path: Path) -> None:
     """Both are shares in their order; only ``scale`` needs room between them."""
     free, occupied = metadata.free_thresh, metadata.occupied_thresh
+    if metadata.mode == "raw":
+        return  # which has none
     given = f"map {path}: free_thresh {free} and occupied_thresh {occupied}"
     if not 0.0 <= free <= occupied <= 1.0:
         raise MapError(f"{given} must satisfy 0 <= free_thresh <= occupied_thresh <= 1")

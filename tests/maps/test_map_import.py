@@ -72,6 +72,15 @@ def test_the_geometry_lies_in_the_frame_of_the_mesh(scene):
     assert at(scene.geometry, 10.0, 10.0) == UNKNOWN
 
 
+def test_a_thin_wall_of_a_finer_geometry_stands():
+    mesh = OccupancyGrid(np.full((50, 50), FREE, dtype=np.int8), 0.2, ORIGIN)
+    fine = np.full((200, 200), FREE, dtype=np.int8)
+    fine[40:160, 80] = OCCUPIED  # beside the centres of the mesh's cells
+    scene = import_scene("thin", mesh, OccupancyGrid(fine, 0.05, ORIGIN), ImportSettings())
+    assert (scene.geometry.data[10:40, 20] == OCCUPIED).all()
+    assert (scene.geometry.data == OCCUPIED).sum() == 30
+
+
 def test_resampling_takes_what_lies_at_the_centre():
     fine = OccupancyGrid(np.array([[0, 100, 50, -1]] * 3, dtype=np.int8), 0.1, Pose2D(0.3, 0.0))
     for corner, expected in (

@@ -154,6 +154,20 @@ def test_palette_grey_alpha_16_bit_and_1_bit_png(tmp_path: Path) -> None:
     assert load_map(write_yaml(tmp_path, image="bit.png")).data.tolist() == [[100, 0, 0]]
 
 
+def test_16_bit_images_may_have_transparent_pixels_and_be_white_at_zero(tmp_path: Path) -> None:
+    deep = Image.fromarray(np.array([[0, 65535, 52685]], dtype=np.uint16))
+    deep.save(tmp_path / "m.png", transparency=0)
+    assert load_map(write_yaml(tmp_path, image="m.png")).data.tolist() == [[-1, 0, -1]]
+    deep.save(tmp_path / "m.tiff", tiffinfo={262: 0})
+    assert load_map(write_yaml(tmp_path, image="m.tiff")).data.tolist() == [[0, 100, -1]]
+
+
+def test_thresholds_mean_nothing_in_mode_raw(tmp_path: Path) -> None:
+    write_pgm(tmp_path, np.array([[0, 100, 255]]), 255)
+    file = write_yaml(tmp_path, mode="raw", free_thresh=0.9, occupied_thresh=0.2)
+    assert load_map(file).data.tolist() == [[0, 100, -1]]
+
+
 def test_ascii_pgm_with_comments_and_other_largest_values(tmp_path: Path) -> None:
     (tmp_path / "m.pgm").write_bytes(
         b"P2 # ascii\n#second\n3 2\n# third\n15\n0 15\n12 # in between\n15 3 99\n"

@@ -8,7 +8,13 @@ import pytest
 from scipy import ndimage
 
 from harness.episode.factory import Parts
-from harness.task.mission import CLEARANCE, Mission, MissionSampler, check_pose_free
+from harness.task.mission import (
+    CLEARANCE,
+    Mission,
+    MissionSampler,
+    check_footprint_free,
+    check_pose_free,
+)
 from harness.task.study import make_study
 from harness.world.map.scene_io import load_scene
 from navstack.costmap.map_io import save_map
@@ -111,7 +117,7 @@ def test_given_poses_may_stand_on_ground_that_the_mesh_leaves_out() -> None:
     mesh.data[:4] = 100  # 0.4 m drawn in front of the wall
     start, goal = Pose2D(0.0, 3.25), Pose2D(6.0, 8.0)
     assert MissionSampler(mesh, ground=ground).mission(start, goal).start == start
-    with pytest.raises(InputError, match="occupied cell"):
+    with pytest.raises(InputError, match="occupied or unknown cell"):
         MissionSampler(mesh).mission(start, goal)
     with pytest.raises(InputError, match="did you mean 'uniform'"):
         MissionSampler(mesh, "unifrom")
@@ -165,16 +171,34 @@ def test_poses_that_users_give() -> None:
     with pytest.raises(InputError) as error:
         # 0.35 m right of the block's left edge at x = -1
         check_pose_free(grid, Pose2D(-0.65, 4.5), "goal")
-    assert (
-        str(error.value)
-        == "goal (-0.7, 4.5) m lies in an occupied cell; nearest free cell is 0.40 m away"
-    )
+    told = "lies in an occupied or unknown cell; nearest free cell is 0.40 m away"
+    assert str(error.value) == f"goal (-0.7, 4.5) m {told}"
     with pytest.raises(
         InputError, match=r"start \(9\.0, 9\.0\) m lies outside the map; allowed: x -2\.0\.\.3\.0"
     ):
         check_pose_free(grid, Pose2D(9.0, 9.0), "start")
     with pytest.raises(InputError, match="finite"):
         check_pose_free(grid, Pose2D(math.nan, 0.0), "start")
+
+
+def test_a_footprint_that_a_coarse_cell_reaches_is_refused() -> None:
+    grid = room(10, 10, 1.0)
+    grid.data[:, :1] = 100
+    square = np.array(((0.4, 0.3), (0.4, -0.3), (-0.4, -0.3), (-0.4, 0.3)))
+    clear = Pose2D(grid.origin.x + 1.5, grid.origin.y + 5.0)
+    check_footprint_free(grid, clear, square)
+    with pytest.raises(InputError, match="footprint reaches into an obstacle"):
+        check_footprint_free(grid, Pose2D(clear.x - 0.4, clear.y), square)
+
+
+def test_no_mission_leads_through_a_wall_beside_its_start() -> None:
+    grid = room(200, 200, 0.05)
+    grid.data[:, 14] = 100  # a closet of 0.7 m
+    start, goal = Pose2D(grid.origin.x + 0.4, 5.0), Pose2D(grid.origin.x + 8.0, 5.0)
+    with pytest.raises(InputError, match=r"no path of 0.8 m width leads from start"):
+        MissionSampler(grid).mission(start, goal)
+    mission = MissionSampler(grid).mission(Pose2D(start.x + 1.0, 5.0), goal)
+    assert mission.shortest_path >= 6.6
 
 
 def test_maps_without_room_are_refused() -> None:

@@ -34,6 +34,9 @@ def test_deviations_of_the_start_become_its_covariance(tmp_path):
     belief = start_belief("1,2,3,0.5,0.2", nav2(tmp_path), "amcl")
     assert belief.covariance == pytest.approx(np.diag((0.25, 0.25, 0.04)))
     assert not start_belief("1,2,3", nav2(tmp_path), "amcl").covariance.any()
+    assert start_belief("1,2,3,0,0", nav2(tmp_path), "amcl").covariance.max() == pytest.approx(
+        1e-12
+    )
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,9 @@ def import_scene(
             obstacles.
     """
     mesh = align(mesh)
-    seen = resampled(align(geometry), mesh)
+    geometry = align(geometry)
+    seen = resampled(geometry, mesh)
+    _mark_thin(seen, geometry)
     is_mesh = (mesh.data >= FREE) & (mesh.data < SOLID_FROM)
     if not is_mesh.any() or not (seen.data != UNKNOWN)[is_mesh].any():
         raise MapError(
@@ -108,6 +110,19 @@ def resampled(grid: OccupancyGrid, like: OccupancyGrid) -> OccupancyGrid:
     data = np.full((like.height, like.width), UNKNOWN, dtype=np.int8)
     data[np.ix_(known_rows, known_columns)] = grid.data[source]
     return OccupancyGrid(data, like.resolution, like.origin)
+
+
+def _mark_thin(seen: OccupancyGrid, geometry: OccupancyGrid) -> None:
+    """Occupy the cells in which a finer map has anything solid, which may lie beside the centre."""
+    if geometry.resolution >= seen.resolution:
+        return
+    rows, columns = np.nonzero(geometry.data >= SOLID_FROM)
+    size, origin = geometry.resolution, geometry.origin
+    x = origin.x + (columns + 0.5) * size - seen.origin.x
+    y = origin.y + (rows + 0.5) * size - seen.origin.y
+    row, column = (np.floor(each / seen.resolution).astype(np.int64) for each in (y, x))
+    inside = (row >= 0) & (row < seen.height) & (column >= 0) & (column < seen.width)
+    seen.data[row[inside], column[inside]] = OCCUPIED
 
 
 def _indices(offset: float, count: int, step: float, resolution: float) -> IntArray:

@@ -219,7 +219,7 @@ def test_the_report_tells_everything(
 ) -> None:
     study, found = explained
     scores = scores_document(study)
-    (folder / TUNED).write_text("new: 2\n", encoding="utf-8")
+    (folder / TUNED).write_text("amcl: {ros__parameters: {alpha1: 0.1}}\n", encoding="utf-8")
     (folder / DIFF).write_text("-old: 1\n+new: 2\n", encoding="utf-8")
     report = write_tuning(study, scores, found, ABOUT, COMMAND, folder, "again", LINT).read_text(
         encoding="utf-8"
