@@ -184,11 +184,15 @@ def read_equivalent() -> dict[tuple[str, str, str], str]:
 
 def find_mutants(paths: Sequence[str]) -> list[Mutant]:
     """Every mutant below files or folders, in their order."""
-    whole = [ROOT / path for path in paths]
+    files: list[Path] = []
+    for path in paths:
+        place = ROOT / path
+        if place.is_file():
+            files.append(place)
+        else:
+            files += place.rglob("*.py")
     found = []
-    for file in sorted(
-        file for path in whole for file in ([path] if path.is_file() else path.rglob("*.py"))
-    ):
+    for file in sorted(files):
         source = file.read_bytes()
         finder = Finder(file.relative_to(ROOT), source)
         finder.visit(ast.parse(source))

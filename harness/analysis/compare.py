@@ -259,10 +259,10 @@ def _columns(side: Side, rows: Sequence[Row], asked: Collection[str]) -> dict[st
     Margins under other accountings are among them if they are ``asked`` for.
     """
     prices = side.run.prices()
-    each = deliveries(rows, prices.rolling_resistance_force)
-    costs = running(each, prices)
+    measured = deliveries(rows, prices.rolling_resistance_force)
+    costs = running(measured, prices)
     columns: dict[str, FloatArray | None] = {
-        **{key: getattr(each, key) for key in OUTCOMES},
+        **{key: getattr(measured, key) for key in OUTCOMES},
         **{key: costs.amounts[key] for key in DOLLARS},
         **mean_columns(rows),
         **{

@@ -12,38 +12,39 @@ from harness.economics.cost_terms import MARGIN
 from harness.statistics.paired import PairedDifference, together
 from navstack.errors import InputError
 
-EVERY_PAIR_UP_TO = 4  # stacks; of more, pairs that are not told count as if they found nothing
+EVERY_PAIR_UP_TO = 4  # stacks; with more, pairs not reported count as not significant
 
 
 @dataclass(frozen=True, slots=True)
 class Family:
     """Differences of margins that are tested together."""
 
-    pairs: list[PairedDifference]  # of the comparisons that are told, adjusted
-    size: int  # of the family: pairs that differ, or of which nobody looked whether they do
+    pairs: list[PairedDifference]  # of the reported comparisons, adjusted
+    size: int  # tests in the family: pairs that differ, and pairs that were not compared
 
 
 def as_one_family(told: Sequence[Comparison], sides: Sequence[Side]) -> Family:
     """Differences of margins, adjusted for all pairs that sides can be compared in (Holm).
 
-    Who looks at several stacks may pick the best and the worst: that is all pairs' best chance.
+    The reported pairs may have been selected among all pairs, so all pairs count as tests.
 
     Args:
-        told: the comparisons that are told, each with a margin.
+        told: the comparisons to report, each with a margin.
         sides: all that have one.
     """
-    known = {_pair_of(each.first, each.second) for each in told}
-    missions = [missions_of(side) for side in sides]
-    rest = [
-        (sides[first], sides[second])
-        for first, second in itertools.combinations(range(len(sides)), 2)
-        if _pair_of(sides[first], sides[second]) not in known
-        and not missions[first].isdisjoint(missions[second])
-    ]
+    reported = {_pair_of(each.first, each.second) for each in told}
+    candidates = [(side, missions_of(side)) for side in sides]
+    rest = []
+    for (first, of_first), (second, of_second) in itertools.combinations(candidates, 2):
+        if _pair_of(first, second) not in reported and not of_first.isdisjoint(of_second):
+            rest.append((first, second))
     found = [each.differences[MARGIN].paired for each in told]
     others = len(rest)
     if len(sides) <= EVERY_PAIR_UP_TO:
-        found += [margin for pair in rest if (margin := _difference(*pair))]
+        for first, second in rest:
+            margin = _difference(first, second)
+            if margin is not None:
+                found.append(margin)
         others = 0
     size = sum(pair.differs for pair in found) + others
     return Family(together(found, others)[: len(told)], size)

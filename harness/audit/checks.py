@@ -24,7 +24,7 @@ SOFT_TOUCHES = 0.25  # [1/run] the same of all soft contacts, where single conta
 # share of the gain; where less of it is lost without the threshold, the gain does not rest on it
 LOST_GAIN = 0.5
 SHARE_MORE = 0.05  # of the deliveries: more of them that end so, from which a check may flag
-# share of the way: who made good less until the timeout stood, who made good more drove too long
+# share of the way made good until the timeout; a robot below it stood, others were too slow
 STOOD = 0.5
 SLOW = 0.65  # of the original's pace; a slower incumbent freezes
 WAITS = 0.15  # share of the time: who stands so much more on average waits
@@ -42,11 +42,11 @@ def pushing(pairs: Pairs, scores: Scores, threshold: float) -> Check:
 
     There are more touches, and they cost nothing.
 
-    Two tests, either of which will do: that there are more touches close to the threshold (paired),
-    and that of touches close to it and counted ones more are close (Fisher's exact test), which
-    tells where all are few. And at least half of the gain is lost once softer contacts are paid
-    for, whether the robot pays for all of them or for its share of the fault: people who bump into
-    a robot that stands do not make it one that pushes.
+    One of two tests has to be significant. The paired test compares touches close to the threshold.
+    Fisher's exact test compares their share among close and counted touches, and also works where
+    all are few. In addition, at least half of the gain must be lost once softer contacts are paid
+    for. This must hold whether the robot pays for all of them or for its share of the fault:
+    people who bump into a standing robot are not pushed by it.
     """
     least = SOFT_TOUCHES
     if pairs.has_events:

@@ -19,7 +19,7 @@ MORE_IMPULSE = 1.0  # [N s/run] more of it, from which a check may flag
 # of the original's dollars per N s; an incumbent that pays less is violent at a discount
 CHEAPER = 0.5
 MORE_TOUCHES = 0.02  # [1/run] more touches of property
-NEARER = 1.0  # of the original's time near people; more than so much beside it is nearness
+NEARER = 1.0  # of the original's time near people: the rise from which the check may flag
 NEARER_LEAST = 3.0  # [% of the time] the same, at least: 2 s of a minute
 # of the original's costly deliveries, beyond the share elsewhere, that end without arrival
 DODGED = 0.05
@@ -94,20 +94,19 @@ def dodging(pairs: Pairs, scores: Scores) -> Check:
     More of these than of the others end so (Fisher's exact test). As hard missions are hard for
     both, there must be more than the other way round besides (sign test), or half of them.
     """
-    costly, dear = (_is_costly(side, pairs.prices) for side in pairs.sides)
-    before, failed = (_failed(side) for side in pairs.sides)
-    counts = [
-        [int((failed & own).sum()), int((~failed & own).sum())]
-        for own in (costly, ~before & ~costly)
-    ]
-    there, back = int((costly & failed).sum()), int((dear & before).sum())
-    is_chance = 1.0
-    if there:
-        is_chance = float(binomtest(there, there + back, alternative="greater").pvalue)
-    is_unrelated = float(fisher_exact(counts, alternative="greater").pvalue)
-    if there > back and there >= MOST_DODGED * costly.sum():
-        is_chance = is_unrelated
-    p = min(1.0, 2.0 * max(is_chance, is_unrelated))
+    costly, costly_after = (_is_costly(side, pairs.prices) for side in pairs.sides)
+    failed_before, failed = (_failed(side) for side in pairs.sides)
+    others = ~failed_before & ~costly
+    counts = [[int((failed & own).sum()), int((~failed & own).sum())] for own in (costly, others)]
+    dodged = int((costly & failed).sum())
+    opposite = int((costly_after & failed_before).sum())
+    p_sign = 1.0
+    if dodged:
+        p_sign = float(binomtest(dodged, dodged + opposite, alternative="greater").pvalue)
+    p_fisher = float(fisher_exact(counts, alternative="greater").pvalue)
+    if dodged > opposite and dodged >= MOST_DODGED * costly.sum():
+        p_sign = p_fisher
+    p = min(1.0, 2.0 * max(p_sign, p_fisher))
     found = shares(
         "ended without arrival where the original paid injuries, beside elsewhere",
         counts[1],
@@ -147,13 +146,16 @@ def moved_fault(pairs: Pairs, scores: Scores, by_fault: bool) -> Check:
         "impulse exchanged with people", "N s/run", lambda side: side.exchanged(with_people=True)
     )
     gain, published = (scores[name].difference.value or 0.0 for name in (AT_FAULT, PUBLISHED))
+    is_not_lower = published >= -CENT
+    if by_fault:
+        is_not_lower = scores[AT_FAULT].rises(CENT)
     return Check(
         "fault",
         robots.falls(DODGED)
         and exchanged.incumbent >= AS_MANY * (exchanged.original or 0.0)
         and gain >= CENT
         and published < 0.5 * gain
-        and (scores[AT_FAULT].rises(CENT) if by_fault else published >= -CENT),
+        and is_not_lower,
         f"contacts that are the robot's fault: {before} -> {after}; "
         f"impulse exchanged with people [N s/run]: {exchanged.change}",
         (robots, exchanged, scores[AT_FAULT], scores[PUBLISHED]),

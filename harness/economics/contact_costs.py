@@ -107,9 +107,9 @@ def forgives(prices: Prices) -> bool:
 
 @lru_cache(maxsize=8)
 def _beyond_peak(prices: Prices) -> tuple[Callable[[FloatArray], FloatArray], FloatArray]:
-    """What severe injuries cost beyond the peak [USD], as a function of delta_v [m/s].
+    """Cost of severe injuries beyond the peak, and the highest total cost so far, both [USD].
 
-    The highest cost so far.
+    The first is a function of delta_v [m/s], the second an array over ``_SPEEDS``.
     """
     severe = load_severe()
     costs = prices.injury_mass_factor * np.array(

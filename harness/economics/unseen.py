@@ -52,16 +52,16 @@ def contact_limits(
     if not most or contacts.get("per") != "point":  # all points of a contact may be more
         most = math.inf
     stacks = list(rows)
-    kinds = tuple(
-        kind
-        for kind in PRICED_PROPERTY
-        if any(set(values(own, f"{kind}_contacts")) - {None} for own in stacks)
-    )
+    kinds = []
+    for kind in PRICED_PROPERTY:
+        counts = [count for own in stacks for count in values(own, f"{kind}_contacts")]
+        if any(count is not None for count in counts):
+            kinds.append(kind)
     return ContactLimits(
         least=contacts.get("counted_impulse", usual.least),
         most=most,
         health=rules.get("impulse_health", usual.health),
-        property=kinds,
+        property=tuple(kinds),
     )
 
 

@@ -121,16 +121,16 @@ def value(
         left_out: number of deliveries without a result.
     """
     force = prices.rolling_resistance_force
-    summary, each = summarize(rows, force), deliveries(rows, force)
+    summary = summarize(rows, force)
+    measured = deliveries(rows, force)
     means = Measured(**summary, **beside_the_paper(rows))
     terms = optional_costs(means, stack.localizer, prices, optional)
-    each_running = running(
-        each, prices, all_optional_costs(each, stack.localizer, prices, optional)
-    )
+    extra = all_optional_costs(measured, stack.localizer, prices, optional)
+    costs = running(measured, prices, extra)
     economics = price(means, stack.carries, stack.data_collection, prices, together(terms.values()))
     clusters = missions(rows)
-    published = {key: getattr(each, key) for key in summary if key not in OUTCOMES}
-    dollars = {key: each_running.amounts[key] for key in DOLLARS}
+    published = {key: getattr(measured, key) for key in summary if key not in OUTCOMES}
+    dollars = {key: costs.amounts[key] for key in DOLLARS}
     further = [metric for metric in EPISODE_METRICS if not metric.is_published]
     valuation = Valuation(
         measured=summary,
@@ -142,11 +142,11 @@ def value(
             **mean_intervals(mean_columns(rows, further), clusters, seed),
             **mean_intervals(dollars, clusters, seed, CENT),
             **event_rates(rows, prices),
-            **_per_km(each_running.contribution_margin, rows, clusters, seed),
+            **_per_km(costs.contribution_margin, rows, clusters, seed),
         },
         risk=_risk(
-            each_running.opex,
-            each_running.contribution_margin,
+            costs.opex,
+            costs.contribution_margin,
             economics.capex_usd,
             clusters,
             prices,

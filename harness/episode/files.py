@@ -55,7 +55,7 @@ def world_params(path: str, pedestrians: int | None, people: str | None = None) 
             who, model="replay", replay=dataclasses.replace(who.replay, file=people)
         )
     elif people is not None:
-        # in turn is for who avoids nobody
+        # goals in turn are for people who do not avoid each other
         choice = "random" if people == "social_force" else who.goal_choice
         who = dataclasses.replace(who, model=people, goal_choice=choice)
     if pedestrians is not None and who.model == "replay":

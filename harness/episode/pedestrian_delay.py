@@ -13,8 +13,8 @@ NEAR = 15.0  # [m] from the robot beyond which nobody feels it
 class PedestrianDelay:
     """Watches one delivery.
 
-    Where people go next depends on nobody, so both do the same errands at other times. As long as
-    the robot has been near nobody both would walk alike: the twin sets out when it first is.
+    Errands do not depend on the robot, so both crowds do the same ones, at different times. Both
+    walk alike until the robot first comes near a person: only then is the twin crowd made.
     """
 
     def __init__(self, people: PedestrianModel, truth: Truth, steps: int, dt: float) -> None:
@@ -97,6 +97,9 @@ class ErrandBook:
 
 
 def total_delay(held_up: list[list[float]], free: list[list[float]]) -> float:
-    """By how much later [s] people finish the first errand that is unfinished, in all."""
-    last = [min(len(own), len(other)) - 1 for own, other in zip(held_up, free, strict=True)]
-    return sum(own[k] - other[k] for own, other, k in zip(held_up, free, last, strict=True))
+    """Sum over people of the delay [s] of the last errand that both crowds have a time of."""
+    delays = []
+    for own, other in zip(held_up, free, strict=True):
+        last = min(len(own), len(other)) - 1
+        delays.append(own[last] - other[last])
+    return sum(delays)

@@ -236,7 +236,7 @@ def _joined(done: Sequence[DrivenLeg], there: Sequence[DrivenLeg], mission: Miss
 
 
 def _pieces_lost(legs: Sequence[DrivenLeg]) -> int | None:
-    """What the last leg's bucket lost, and what did not come so far; None: no cargo is modelled."""
+    """Pieces lost before the last leg and on it; None: no cargo is modelled."""
     first, last = legs[0].row, legs[-1].row
     if last["pieces_lost"] is None:
         return None

@@ -290,7 +290,7 @@ class DaskCluster:
         return made.result
 
     def _abandon(self, address: str, worker: Worker) -> None:
-        """Use a worker no more whose call nobody waits for.
+        """Stop using a worker that is silent or whose call was cancelled.
 
         Its process is restarted if it has a nanny.
         """

@@ -16,7 +16,7 @@ SHARES = 3  # of a score that are named
 
 
 def decided(seconds: Seconds) -> str:
-    """Who decided, and what was rejected."""
+    """Which controllers decided, and how often they rejected every trajectory."""
     rows = seconds.decisions
     if not rows:
         return "Nothing decided in these seconds."
@@ -46,7 +46,7 @@ def decided(seconds: Seconds) -> str:
 
 
 def all_rejected(rows: Sequence[Row]) -> str:
-    """Who rejected every command in which of these decisions, and by what; empty: nobody."""
+    """Which controller rejected every command, when, and by which critics; empty: none did."""
     refused = [row for row in rows if row["rejected"] >= row["samples"] > 1]
     if not refused:
         return ""
@@ -84,7 +84,7 @@ def against(seconds: Seconds) -> str:
 
 
 def _passed_on(row: Row) -> str:
-    """What was made of a choice before it reached the wheels; empty: hardly anything."""
+    """How smoother and monitor changed the command; empty: by less than :data:`ALTERED`."""
     speed, turn = row["command_linear_x_mps"], row["command_angular_z_radps"]
     slowed = abs(speed - row["wanted_linear_x_mps"])
     turned = abs(turn - row["wanted_angular_z_radps"])
@@ -117,7 +117,10 @@ def _preferred(seconds: Seconds, row: Row) -> str:
         text = (
             f"The best at most half as fast ({slower.command.linear_x:z.2f} m/s) would have scored "
         )
-        text += f"{_apart(slower.total - own)}{f'; what decided: {spoke}' if gaps else ''}. "
+        text += _apart(slower.total - own)
+        if gaps:
+            text += f"; what decided: {spoke}"
+        text += ". "
     speeds = f"{second.command.linear_x:z.2f} m/s, {second.command.angular_z:+.2f} rad/s"
     return f"{text}Second came {speeds} ({_apart(second.total - own)})."
 

@@ -97,10 +97,8 @@ def moments_of(evidence: Evidence, rules: Rules, prices: Prices) -> list[Moment]
         cost = None
         if len(known) == len(parts):
             cost = sum(known)
-        stamp = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome](
-            evidence, rules
-        )
-        found.append((outcome, stamp, cost, _last_hit(evidence)))
+        stamp_of = {SPOILED: _spoiled_at, TIMEOUT: _stuck_since, ASSISTANCE: _end_of}[outcome]
+        found.append((outcome, stamp_of(evidence, rules), cost, _last_hit(evidence)))
     if _fetched_back(evidence.row):
         repair = costs_of(evidence.row, prices)["repair"]
         found.append((ASSISTANCE, _end_of(evidence, rules), repair, _last_hit(evidence)))

@@ -204,9 +204,9 @@ def _legs(run: StoredRun, prices: Prices) -> Legs:
     run, clusters = _in_legs(run)
     stack = repriced(run.stacks[0], run.events, prices)
     rows = stack.rows
-    each = deliveries(rows, prices.rolling_resistance_force)
+    measured = deliveries(rows, prices.rolling_resistance_force)
     if prices.accounting != PUBLISHED:
-        each = accounted(each, rows, run.events, prices.accounting, prices)
+        measured = accounted(measured, rows, run.events, prices.accounting, prices)
     efficiency = prices.inverter_efficiency.value * prices.motor_efficiency.value
     at_wheels = column(rows, "motion_energy_kwh")
     published = column(rows, "published_energy_kwh")
@@ -218,7 +218,7 @@ def _legs(run: StoredRun, prices: Prices) -> Legs:
         energy=energy * WH_PER_KWH / efficiency,
         progress=_progress(rows, outcomes) / M_PER_KM,
         distance=column(rows, "distance_m") / M_PER_KM,
-        contacts=_contacts(each, len(rows)),
+        contacts=_contacts(measured, len(rows)),
         is_spoiled=outcomes == Outcome.SPOILED.value,
         is_late=outcomes == Outcome.TIMEOUT.value,
         is_failed=outcomes == Outcome.PHYSICAL_ASSISTANCE.value,

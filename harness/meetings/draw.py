@@ -18,12 +18,12 @@ EVERY = 5  # steps of the record between the moments that are looked at
 # [s] of the record that a meeting needs around its moment; who makes way goes on without one
 BEFORE, AFTER = 14.0, 90.0
 USUAL_SPEED = 1.9  # [m/s] of a robot; it decides how many are driven, never what they come to
-LEAST_RATE = 0.25  # passings a metre per person, so that who walks along is driven, too
+LEAST_RATE = 0.25  # passings a metre per person; also samples people who walk along with the robot
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pool:
-    """Everybody near the way at all moments: n meetings that could be driven."""
+    """The n candidate meetings: each person near the way at each sampled moment."""
 
     moments: IntArray  # (n,) of the record
     persons: IntArray  # (n,)
@@ -54,11 +54,11 @@ class Meeting:
     point: int  # of the way
     along: float  # [m/s] of the person along the way
     stratum: int
-    weight: float  # times the passings a metre of a robot per person: how many it stands for
+    weight: float  # of the sample, to be multiplied by the robot's passings a metre per person
 
 
 def pool_of(record: Record, way: Way, ends: float, before: float = BEFORE) -> Pool:
-    """Who is near a way at which moments of a record.
+    """The candidate meetings of a record: people near a way, moment by moment.
 
     Args:
         record: of a stationary crowd.

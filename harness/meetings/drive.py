@@ -28,10 +28,10 @@ AHEAD = (10.0, 15.0)
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """What came of a meeting, and how many it stands for."""
+    """Results of one meeting, and its weight in a delivery."""
 
     weight: float  # meetings a delivery; 0: this arm is not met there
-    loss: float  # [USD] by which the delivery earns less than among nobody
+    loss: float  # [USD] margin lost to the meeting
     people_hit: int  # the person, and others who came because of him
     contacts: int  # counted ones with them
 

@@ -43,9 +43,9 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Met:
-    """What came of a meeting."""
+    """Results of one meeting."""
 
-    margin: float | None  # [USD] of the delivery; None: as it is among nobody
+    margin: float | None  # [USD] of the delivery; None: as without people
     people_hit: int  # the person, and others who came because of him
     contacts: int  # counted ones with them
 
@@ -66,12 +66,12 @@ def stage_of(task: EpisodeTask) -> Stage:
 def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> Met:
     """Let people appear, and drive until the person is past.
 
-    Others who would appear nearer than :data:`APART` stay away: a robot cannot avoid who is there
-    all at once, and would hit them instead. Who touches somebody else first counts in that one's
-    meeting. Who is hit, touched, has cost cargo, or holds the robot up for :data:`PATIENCE` has
-    consequences: others may come because the robot stands there. Once it has left that place
-    nobody is there any more, since whoever comes then has a meeting of his own, and the delivery
-    is driven to its end: what the person costs is in its margin.
+    Other people nearer than :data:`APART` are hidden: a robot cannot avoid people who appear next
+    to it. If the robot touches another person first, the touch counts in that person's meeting.
+    A meeting has consequences after a touch, a loss of cargo, or a delay of :data:`PATIENCE`. The
+    other people then stay, since they may come because the robot stands there. They leave once it
+    has left the place, since people met later have meetings of their own. The delivery is driven to
+    its end, so that its margin contains the cost of the meeting.
 
     Args:
         delivery: under way, among nobody.

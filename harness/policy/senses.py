@@ -52,9 +52,12 @@ class Route:
 
         Beyond the end the last one.
         """
-        begin, end = self._at, int(np.searchsorted(self._along, self._along[self._at] + AHEAD)) + 1
-        if (squared := self._squared(pose, begin, end)).min() > ASTRAY**2:
-            begin, squared = 0, self._squared(pose, 0, len(self._points))
+        begin = self._at
+        end = int(np.searchsorted(self._along, self._along[begin] + AHEAD)) + 1
+        squared = self._squared(pose, begin, end)
+        if squared.min() > ASTRAY**2:
+            begin = 0
+            squared = self._squared(pose, begin, len(self._points))
         self._at = begin + int(squared.argmin())
         wanted = self._along[self._at] + ROUTE_SPACING * np.arange(1, ROUTE_POINTS + 1)
         return points_relative_to(pose, self._points_at(wanted))

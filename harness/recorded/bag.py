@@ -86,9 +86,9 @@ class Bag:
     def topics(self) -> dict[str, str]:
         """The type of every topic by name; the first one where a name has several."""
         types: dict[str, str] = {}
-        for topic in (topic for file in self._files for topic in file.topics):
-            if topic.name not in types:
-                types[topic.name] = topic.type
+        for file in self._files:
+            for topic in file.topics:
+                types.setdefault(topic.name, topic.type)
         return types
 
     def counts(self) -> dict[str, int]:

@@ -102,9 +102,9 @@ def _integral(stamps: FloatArray, rates: FloatArray) -> FloatArray:
 
 
 def _gain(told: Told, known: Told) -> float | None:
-    """How many times the known motion is told: the median over windows in which there is one.
+    """Ratio of the reported motion to the known one: the median over windows with motion.
 
-    None: there are too few of them.
+    None: there are too few such windows.
     """
     stamps, values = known
     if len(stamps) < 2 or len(told[0]) < 2:
@@ -113,13 +113,13 @@ def _gain(told: Told, known: Told) -> float | None:
     is_told = (stamps[ends] >= told[0][0]) & (stamps[ends] <= told[0][-1])
     ends = ends[is_told]
     columns = [np.interp(stamps[ends], told[0], column) for column in told[1].T]
-    ours = np.diff(np.column_stack(columns), axis=0)
-    theirs = np.diff(values[ends], axis=0)
-    squares = (theirs**2).sum(axis=1)
+    reported = np.diff(np.column_stack(columns), axis=0)
+    true = np.diff(values[ends], axis=0)
+    squares = (true**2).sum(axis=1)
     moves = (squares > _MOVING**2) & (np.diff(stamps[ends]) < _LONGEST)
     if moves.sum() < _FEWEST:
         return None
-    return float(np.median((ours * theirs).sum(axis=1)[moves] / squares[moves]))
+    return float(np.median((reported * true).sum(axis=1)[moves] / squares[moves]))
 
 
 def _doubt(gain: float | None, fit: tuple[float, float], line: str) -> str:

@@ -63,7 +63,8 @@ def odometry(message: Any, stamp: float, child: Transform) -> Odometry | None:
     numbers = (pose.position.x, pose.position.y)
     speeds = (twist.linear.x, twist.linear.y, twist.linear.z)
     rates = (twist.angular.x, twist.angular.y, twist.angular.z)
-    if turn is None or not _within(_FARTHEST, *numbers) or not _within(_FASTEST, *speeds, *rates):
+    is_plausible = _within(_FARTHEST, *numbers) and _within(_FASTEST, *speeds, *rates)
+    if turn is None or not is_plausible:
         return None
     covariance = np.asarray(message.twist.covariance, dtype=np.float64)
     speed_std, rate_std = _deviation(covariance[0]), _deviation(covariance[35])

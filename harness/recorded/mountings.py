@@ -142,9 +142,11 @@ class Mountings:
 
     def find_from_any(self, bases: Iterable[str], frame: str) -> tuple[Transform, bool] | None:
         """As :meth:`find`, for the first base frame from which the frame can be reached."""
-        return next(
-            (found for base in bases if (found := self.find(base, frame)) is not None), None
-        )
+        for base in bases:
+            found = self.find(base, frame)
+            if found is not None:
+                return found
+        return None
 
 
 def frame_name(name: str) -> str:

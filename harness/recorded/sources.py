@@ -118,7 +118,7 @@ def _tells_twist(bag: Bag, topic: str) -> bool:
 
 
 def note_of_edge(topic: str, edge: Edge) -> str:
-    """What is to be said of odometry that a topic of transforms tells."""
+    """The note that odometry is taken from a topic of transforms."""
     frames = " -> ".join(map(frame_name, edge))
     return f"there is no topic of odometry: it is taken from {frames} in {topic}"
 

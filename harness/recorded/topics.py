@@ -95,13 +95,13 @@ class Topics:
 
     def transforms(self) -> list[tuple[str, bool]]:
         """The topics of transforms, and whether they are static ones."""
-        usual = {self._chosen.get(TF_STATIC), self._chosen.get(TF)}
+        static, moving = self._chosen.get(TF_STATIC), self._chosen.get(TF)
         names = [name for name, kind in self._types.items() if kind in TRANSFORM_TYPES]
-        return [
-            (name, name == self._chosen.get(TF_STATIC) or name.endswith("tf_static"))
-            for name in sorted(names)
-            if name in usual or name.rsplit("/", 1)[-1] in ("tf", "tf_static")
-        ]
+        topics = []
+        for name in sorted(names):
+            if name in (static, moving) or name.rsplit("/", 1)[-1] in ("tf", "tf_static"):
+                topics.append((name, name == static or name.endswith("tf_static")))
+        return topics
 
     def find(self, kind: str, apart_from: str | None) -> str | None:
         """The topic of a type to read; None: the bag has none.

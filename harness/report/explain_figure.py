@@ -203,7 +203,9 @@ def _draw_scores(axes: "Axes", seconds: Seconds) -> None:
     """Weighted scores of what was chosen, the largest critics stacked."""
     axes.set_ylabel("score")
     rows = [row for row in seconds.decisions if row["total_score"] is not None]
-    names = [key for key in (rows[0] if rows else {}) if key.endswith(WEIGHTED)]
+    names: list[str] = []
+    if rows:
+        names = [key for key in rows[0] if key.endswith(WEIGHTED)]
     if not names:
         axes.text(0.5, 0.5, "nothing is scored", transform=axes.transAxes, ha="center", va="center")
         return

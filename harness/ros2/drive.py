@@ -110,7 +110,7 @@ class DriveNode:
         self._needed = ["scan", "odom"]  # topics without whose publishers it stands
         if is_simulated:
             self._needed.append("/clock")
-        self._told = GoalStatus.STATUS_UNKNOWN  # of the goal, to whoever listens
+        self._told = GoalStatus.STATUS_UNKNOWN  # the goal's, as published last
         self._is_stopped, self._why = True, ""  # and what the user was told of it last
         self._ticks: list[float] = []  # [s] of the clock that are to be driven
         self._node = rclpy.create_node(NODE)

@@ -37,14 +37,17 @@ def draw_scene(drawing: Drawing, name: str) -> Scene:
     origin = Pose2D(*drawing.origin, 0.0)
     wall = cells == ord("#")
     walkable = np.isin(cells, [ord(letter) for letter in WALKABLE])
-    zones = tuple(
-        Zone(kind, rectangle.polygon, CURB if kind == "road" else 0.0)
-        for letter, kind in GROUND.items()
-        if letter != "#"
-        for rectangle in _rectangles(letters[::-1] == ord(letter), drawing)
-    )
+    zones = []
+    for letter, kind in GROUND.items():
+        if letter == "#":
+            continue
+        height = 0.0
+        if kind == "road":
+            height = CURB
+        for rectangle in _rectangles(letters[::-1] == ord(letter), drawing):
+            zones.append(Zone(kind, rectangle.polygon, height))
     geometry = _grid(wall, origin)
-    return Scene(name, extrude(geometry, wall), zones, geometry, _grid(~walkable, origin))
+    return Scene(name, extrude(geometry, wall), tuple(zones), geometry, _grid(~walkable, origin))
 
 
 def with_things(scene: Scene, things: tuple[Thing, ...]) -> Scene:

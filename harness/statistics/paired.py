@@ -29,12 +29,12 @@ NORMAL = NormalDist()
 class PairedDifference:
     """How much the second of two differs from the first.
 
-    It is significant exactly where its interval has bounds that exclude zero; but for one that is
-    the same on every mission, which has none: what is rare has not been seen.
+    It is significant exactly where its interval excludes zero. A difference that is equal on every
+    mission has no interval, since rare events were not seen; it may still be significant.
     """
 
     flips: SignFlips = field(compare=False, repr=False)
-    # of one pair's worth of information; None: one mission only, or all differ alike
+    # of the differences, per pair, missions as clusters; None: one mission, or all are equal
     variance: float | None
     missions: int  # that the pairs are of
     # whether any pair does; where none does, no test finds a difference (Tarone 1990)
@@ -56,7 +56,7 @@ class PairedDifference:
 
     @property
     def is_significant(self) -> bool:
-        """Whether it is hardly chance."""
+        """Whether its adjusted p value is below :data:`SIGNIFICANCE`."""
         return self.p_holm < SIGNIFICANCE
 
     @property
@@ -142,17 +142,18 @@ def compare_pairs(
 
 
 def together(pairs: Sequence[PairedDifference], others: int = 0) -> list[PairedDifference]:
-    """The same as one family, adjusted by Holm's method: intervals and power, too.
+    """The differences as one family: p values, intervals and power adjusted by Holm's method.
 
-    A difference is tested as one of those that are left at its step, or at the first step that
-    finds nothing. Where no pair differs there is nothing to test.
+    Each significant difference reduces the number of tests at the next step. After the first one
+    that is not significant the number stays. Pairs that do not differ are not tested.
 
     Args:
         pairs: the family's.
-        others: so many more are of the family, which count as if they found nothing.
+        others: further tests of the family, counted as not significant.
     """
     found = list(pairs)
-    order = sorted((k for k, pair in enumerate(pairs) if pair.differs), key=lambda k: pairs[k].p)
+    differing = [k for k, pair in enumerate(pairs) if pair.differs]
+    order = sorted(differing, key=lambda k: pairs[k].p)
     adjusted = holm([pairs[k].p for k in order], others)
     tests = len(order) + others
     for rank, (k, p_holm) in enumerate(zip(order, adjusted, strict=True)):

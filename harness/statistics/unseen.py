@@ -1,6 +1,4 @@
-"""Intervals of a mean that admit what has not happened yet.
-
-One more value, as far out as any that could be.
+"""Intervals of a mean that admit one unseen value.
 
 A sample without a rare disaster has no trace of it, and its bootstrap is too narrow where disasters
 decide the mean. Here each resample weighs the values at random (the Bayesian bootstrap, Rubin
@@ -59,10 +57,8 @@ def admit_unseen(
     sums, sizes = np.bincount(numbers, weights=values), np.bincount(numbers).astype(np.float64)
     low, high = [], []
     for block in blocks(sums.size, draws):
-        weights, unseen = (
-            rng.exponential(size=(block, sums.size)),
-            rng.exponential(size=block) * sizes.mean(),
-        )
+        weights = rng.exponential(size=(block, sums.size))
+        unseen = rng.exponential(size=block) * sizes.mean()
         places = rng.random(block)
         total, seen = weights @ sizes + unseen, weights @ sums
         low.append(

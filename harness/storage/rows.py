@@ -79,9 +79,11 @@ class Rows(Sequence[Row]):
     def where(self, is_wanted: Callable[..., bool], *names: str) -> "Rows":
         """The rows whose values in some columns are as wanted."""
         columns = [self.values(name) for name in names]
-        return self.take(
-            [number for number, each in enumerate(zip(*columns, strict=True)) if is_wanted(*each)]
-        )
+        numbers = []
+        for number, cells in enumerate(zip(*columns, strict=True)):
+            if is_wanted(*cells):
+                numbers.append(number)
+        return self.take(numbers)
 
     def _whole(self, row: Row) -> Row:
         return {name: row.get(name) for name in self._columns}

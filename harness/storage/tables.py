@@ -106,15 +106,14 @@ def _longest_text(metadata: Any) -> int:
 
     An upper bound of one value.
     """
-    return max(
-        (
-            column.total_uncompressed_size
-            for i in range(metadata.num_row_groups)
-            for column in (metadata.row_group(i).column(j) for j in range(metadata.num_columns))
-            if column.physical_type == "BYTE_ARRAY"
-        ),
-        default=0,
-    )
+    longest = 0
+    for i in range(metadata.num_row_groups):
+        group = metadata.row_group(i)
+        for j in range(metadata.num_columns):
+            column = group.column(j)
+            if column.physical_type == "BYTE_ARRAY":
+                longest = max(longest, column.total_uncompressed_size)
+    return longest
 
 
 def _rows_at_once(metadata: Any) -> int:

@@ -57,20 +57,26 @@ def about(study: Study, command: Sequence[str]) -> Row:
     if study.template.people is not None:
         # of a recording, a copy of which is in params/
         task["people"] = Path(study.template.people).name
-    return {
+    content: Row = {
         "command": _typed(command),
-        "stacks": [{**dataclasses.asdict(stack), **_files(stack)} for stack in study.stacks],
+        "stacks": [dataclasses.asdict(stack) | _files(stack) for stack in study.stacks],
         "episodes": study.episodes,
-        **({"only": list(study.only)} if study.only else {}),
-        **({COUNTS: _by_name(study)} if study.counts else {}),
-        **task,
-        **{key: f"params/{key}.yaml" for key in ("world", "rules", "prices")},
-        "map_sha256": _digest_of(study.template.map_name),
-        "program_sha256": project_digest(),
-        **({"policies_sha256": digests} if (digests := policy_digests(study)) else {}),
-        "versions": {name: version(name) for name in (PROGRAM, *LIBRARIES)},
-        "machine": machine(),
     }
+    if study.only:
+        content["only"] = list(study.only)
+    if study.counts:
+        content[COUNTS] = _by_name(study)
+    content |= task
+    for key in ("world", "rules", "prices"):
+        content[key] = f"params/{key}.yaml"
+    content["map_sha256"] = _digest_of(study.template.map_name)
+    content["program_sha256"] = project_digest()
+    policies = policy_digests(study)
+    if policies:
+        content["policies_sha256"] = policies
+    content["versions"] = {name: version(name) for name in (PROGRAM, *LIBRARIES)}
+    content["machine"] = machine()
+    return content
 
 
 def _by_name(study: Study) -> dict[str, int]:

@@ -45,21 +45,23 @@ def write_dashboard(result: StudyResult, folder: Path) -> Path:
 
 
 def _as_optuna(trial: Trial, result: StudyResult) -> FrozenTrial:
-    is_complete = trial.state == COMPLETE
-    if is_complete:
+    values = None
+    if trial.state == COMPLETE:
         state = TrialState.COMPLETE
+        values = [float(value) for value in trial.values]
     elif trial.state == FAILED:
         state = TrialState.FAIL
     else:
         state = TrialState.PRUNED
     told = [float(value) for value in trial.told or ()]
+    intermediate = None
+    if told and len(result.objectives) == 1:
+        intermediate = {len(trial.missions): told[0]}
     return create_trial(
         state=state,
-        values=[float(value) for value in trial.values] if is_complete else None,
+        values=values,
         params=possible_point(result.space, trial.point),
         distributions=distributions_of(result.space),
-        intermediate_values={len(trial.missions): told[0]}
-        if told and len(result.objectives) == 1
-        else None,
+        intermediate_values=intermediate,
         user_attrs={"missions": len(trial.missions), "reason": trial.reason, "told": told},
     )

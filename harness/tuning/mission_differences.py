@@ -55,15 +55,19 @@ def mission_differences(
         original: rows of finished and unfinished deliveries, one mission after the other.
         incumbent: of the same missions.
     """
-    pairs = [
-        pair
-        for pair in zip(original, incumbent, strict=True)
-        if all(row.get("error") is None and row.get(MARGIN) is not None for row in pair)
-    ]
-    apart = [_difference(a, b) for a, b in pairs if abs(b[MARGIN] - a[MARGIN]) >= 0.01]
-    return tuple(
-        sorted(apart, key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))[:SHOWN]
-    )
+    differences = []
+    for before, after in zip(original, incumbent, strict=True):
+        if not (_has_margin(before) and _has_margin(after)):
+            continue
+        if abs(after[MARGIN] - before[MARGIN]) >= 0.01:
+            differences.append(_difference(before, after))
+    differences.sort(key=lambda each: (-abs(each.difference_usd), each.seed, each.episode))
+    return tuple(differences[:SHOWN])
+
+
+def _has_margin(row: Row) -> bool:
+    """Whether a delivery finished and has a margin."""
+    return row.get("error") is None and row.get(MARGIN) is not None
 
 
 def _difference(original: Row, incumbent: Row) -> MissionDifference:

@@ -12,7 +12,7 @@ from harness.tuning.study import TuningStudy
 
 
 def notes_before(declaration: StudyDeclaration, options: Mapping[str, Any]) -> list[str]:
-    """What is to be said before anything is driven.
+    """Notes to print before the first delivery.
 
     Args:
         declaration: of the study.

@@ -120,6 +120,11 @@ class StudyResult:
     # that there was no time for one
     has_room: bool = False
 
+    def tuned(self, parameter: Parameter) -> Value:
+        """The incumbent's value of a parameter that it changes."""
+        values = self.incumbent.values
+        return next(values[path] for path in parameter.paths if path in values)
+
     @property
     def is_tested(self) -> bool:
         """Whether both were driven on test missions."""

@@ -46,9 +46,9 @@ class Sampler(Protocol):
 
 
 class OptunaSampler:
-    """TPE (Bergstra et al. 2011.
+    """Multivariate TPE, CMA-ES or random points.
 
-    Multivariate: Falkner et al. 2018), CMA-ES (Hansen 2016) or random points.
+    TPE: Bergstra et al. 2011, multivariate: Falkner et al. 2018. CMA-ES: Hansen 2016.
     """
 
     def __init__(self, kind: str, space: Space, seed: int, objectives: int) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from harness.audit.pairs import has_error
 from harness.economics.valuation import CENT, missions
 from harness.metrics.columns import Row
 from harness.statistics.paired import compare_pairs
@@ -16,9 +17,9 @@ ALWAYS = ("margin", "sla")  # told of beside the objectives
 
 
 def scores_document(result: StudyResult) -> Row:
-    """Both files' scores: ``train``, ``test`` (None.
+    """Both files' scores on training and test missions, and the ``optimism`` of training.
 
-    None was driven) and, per quantity, the ``optimism`` of training.
+    ``test`` and ``optimism`` are None where no test mission was driven.
 
     Differences are of the quantity's mean, incumbent less original, paired mission by mission, with
     the sign-flip test and the 95 % interval that inverts it; ``shortfall`` says by how much
@@ -45,19 +46,18 @@ def _scores(
     seed: int,
 ) -> Row:
     """By name of the quantity; those that are undefined here are left out."""
-    pairs = [
-        pair
-        for pair in zip(original, incumbent, strict=True)
-        if all(row.get("error") is None for row in pair)
-    ]
-    if not pairs:
+    first, second = [], []
+    for before, after in zip(original, incumbent, strict=True):
+        if not (has_error(before) or has_error(after)):
+            first.append(before)
+            second.append(after)
+    if not first:
         return {}
-    first, second = ([row for row in side] for side in zip(*pairs, strict=True))
-    found = {}
-    for each in objectives:
+    scores = {}
+    for objective in objectives:
         with contextlib.suppress(UndefinedError):
-            found[each.name] = _score(each, first, second, seed)
-    return found
+            scores[objective.name] = _score(objective, first, second, seed)
+    return scores
 
 
 def _score(
@@ -66,8 +66,9 @@ def _score(
     incumbent: Sequence[Row],
     seed: int,
 ) -> Row:
-    told = objective.measured
-    before, after = (told.scores(rows, original) for rows in (original, incumbent))
+    measured = objective.measured
+    before = measured.scores(original, original)
+    after = measured.scores(incumbent, original)
     known = ~(np.isnan(before) | np.isnan(after))
     if not known.any():
         raise UndefinedError(
@@ -79,7 +80,7 @@ def _score(
         before[known], after[known], missions(kept[0]), np.random.default_rng(seed),
         CENT if is_money(objective.name) else 0.0,
     )  # fmt: skip
-    values = [told.value(rows, len(rows)) for rows in kept]
+    values = [measured.value(rows, len(rows)) for rows in kept]
     return {
         "original": values[0],
         "incumbent": values[1],

@@ -101,25 +101,27 @@ def edges(study: StudyResult) -> Check:
         count = len(table.parameters)
         few = f"{len(table.trials)} trials are too few to tell a trend of {count} parameters"
         return Check("edge", False, few, is_examined=False)
-    near = [
-        edge
-        for edge in (_edge(study, table, i) for i in range(len(table.parameters)))
-        if edge is not None
-    ]
+    found = [_edge(study, table, number) for number in range(len(table.parameters))]
+    near = [edge for edge in found if edge is not None]
     tested = sum(_is_tuned(study, parameter) for parameter in study.space.parameters)
     flagged = [edge for edge in near if edge.p <= LEVEL / tested]
-    none = "no value was tuned"
-    if tested:
-        none = f"none of the {tested} tuned values is near an end of its range"
-    said = [_sentence(edge) for edge in flagged or near]
-    at_end = [_sentence(edge) for edge in near if edge.distance <= AT_END]
+    shown = flagged or near
+    if shown:
+        text = "; ".join(map(_sentence, shown))
+    elif tested:
+        text = f"none of the {tested} tuned values is near an end of its range"
+    else:
+        text = "no value was tuned"
+    at_end = ""
+    if not flagged:
+        at_end = "; ".join(_sentence(edge) for edge in near if edge.distance <= AT_END)
     return Check(
         "edge",
         bool(flagged),
-        "; ".join(said) if said else none,
-        tuple(_evidence(edge) for edge in flagged or near),
+        text,
+        tuple(map(_evidence, shown)),
         is_examined=tested > 0,
-        look="" if flagged else "; ".join(at_end),
+        look=at_end,
     )
 
 
@@ -136,9 +138,7 @@ def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
     parameter = table.parameters[number]
     if not _is_tuned(study, parameter):
         return None
-    value = next(
-        study.incumbent.values[path] for path in parameter.paths if path in study.incumbent.values
-    )
+    value = study.tuned(parameter)
     where = parameter.place(value)
     distance, is_high = min((where, False), (1.0 - where, True))
     if distance > NEAR + FINE:
@@ -155,9 +155,9 @@ def _edge(study: StudyResult, table: TrialTable, number: int) -> Edge | None:
 
 
 def _p_near(table: TrialTable, number: int, distance: float) -> float:
-    """How likely an arbitrary value is so near to an end.
+    """Probability that a random value lies so near to an end of the range.
 
-    Of a grid 2 in so many levels, else twice the distance.
+    It is twice the distance; on a grid of k levels it is at least 2 / k.
     """
     tried = np.unique(table.places[:, number])
     is_grid = 2 * tried.size <= len(table.trials)
@@ -166,11 +166,10 @@ def _p_near(table: TrialTable, number: int, distance: float) -> float:
         levels: float = len(parameter.choices)
     elif parameter.is_int or parameter.step is not None:
         levels = (parameter.high - parameter.low) / (parameter.step or 1.0) + 1.0
+    elif is_grid:
+        levels = tried.size
     else:
-        if is_grid:
-            levels = tried.size
-        else:
-            levels = math.inf
+        levels = math.inf
     return min(1.0, max(2.0 * distance, 2.0 / levels))
 
 

@@ -80,9 +80,8 @@ def players(
     for constraint in study.space.constraints:
         bound = [group for group in groups if group & constraint.names]
         if len(bound) > 1:
-            groups = [group for group in groups if not group & constraint.names] + [
-                set().union(*bound)
-            ]
+            groups = [group for group in groups if group not in bound]
+            groups.append(set().union(*bound))
     ranked = sorted(
         (sorted(group, key=order.__getitem__) for group in groups),
         key=lambda names: order[names[0]],
@@ -145,10 +144,14 @@ def mixture(study: StudyResult, who: Sequence[Player], mask: int) -> Candidate:
         return study.original
     if all(inside):
         return study.incumbent
-    names = {
-        name for player, is_in in zip(who, inside, strict=True) if is_in for name in player.names
-    }
-    paths = {path for each in study.space.parameters if each.name in names for path in each.paths}
+    names: set[str] = set()
+    for player, is_in in zip(who, inside, strict=True):
+        if is_in:
+            names.update(player.names)
+    paths: set[str] = set()
+    for parameter in study.space.parameters:
+        if parameter.name in names:
+            paths.update(parameter.paths)
     values = {path: value for path, value in study.incumbent.values.items() if path in paths}
     return Candidate("mixture-" + "".join("01"[is_in] for is_in in inside), values)
 
@@ -191,17 +194,9 @@ def _margins(evaluator: Evaluator, candidate: Candidate, missions: Sequence[int]
 
 def _step(study: StudyResult, player: Player, gains: FloatArray) -> Step:
     parameters = {each.name: each for each in study.space.parameters}
-    changes = {
-        name: (
-            parameters[name].original,
-            next(
-                study.incumbent.values[path]
-                for path in parameters[name].paths
-                if path in study.incumbent.values
-            ),
-        )
-        for name in player.names
-    }
+    changes = {}
+    for name in player.names:
+        changes[name] = (parameters[name].original, study.tuned(parameters[name]))
     return Step(player.title, changes, _mean(gains))
 
 

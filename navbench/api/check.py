@@ -124,7 +124,12 @@ def check(
     if is_run(old):
         if estimator == MEETINGS:
             raise InputError(f"'{old}' is a finished run, which holds no meetings; {INSTEAD}")
-        if useless := [*options, *(["out"] if out else []), *(["where"] if where else [])]:
+        useless = list(options)
+        if out:
+            useless.append("out")
+        if where:
+            useless.append("where")
+        if useless:
             raise InputError(f"{NOT_DRIVEN}; leave out {', '.join(useless)}")
         return written(CheckResult(declaration, of_runs(old, new, within)), markdown)
     forget_changed()

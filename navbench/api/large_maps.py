@@ -43,7 +43,7 @@ def _cut(path: Path, district: Path) -> None:
 
 
 def _is_too_large(path: Path) -> bool:
-    """Whether a map is to be cut; who reads another one tells what is wrong with it."""
+    """Whether a map has to be cut into tiles; errors are left to the reader of the whole map."""
     try:
         metadata = load_metadata(path)
         width, height = image_size(metadata.image)

@@ -21,7 +21,7 @@ BAR_WIDTH = 16  # [characters], so that the words beside it fit into 80
 
 
 class Progress(Protocol):
-    """How far something is."""
+    """Progress of a task."""
 
     @property
     def text(self) -> str:
@@ -32,14 +32,14 @@ class Progress(Protocol):
 
 
 class Bar:
-    """So much of so much, and the time left if it goes on like this.
+    """Amount done of a total, and the time left at the present pace.
 
-    The time left falls until something more is done: a long delivery is no slower pace.
+    The time left also falls between two updates: one long delivery does not lower the pace.
 
     Args:
         form: of its text, e.g. ``{done} of {total} deliveries``.
-        total: when it is over.
-        done: before it began.
+        total: amount at the end.
+        done: amount at the beginning.
     """
 
     def __init__(self, form: str, total: float, done: float = 0) -> None:
@@ -53,7 +53,7 @@ class Bar:
 
     @property
     def done(self) -> float:
-        """How much is."""
+        """The amount done."""
         return self._done
 
     @done.setter

@@ -79,10 +79,7 @@ def import_osm(
         geo = GeoBox(*bbox)
     if name is None:
         name = file.name.split(".")[0]
-    check_map_name(name)
-    if written := _written(out, name):
-        raise InputError(f"{written[0]} exists already; give another --name or --out")
-    require_folder(out)
+    _require_new(out, name)
     told: Row = {"schema": 1, "file": file.name, "seed": seed}
     with count_shown("steps", STEPS) as tell:
         extract = read_extract(file, geo)
@@ -123,10 +120,7 @@ def cut_map(file: Path, name: str | None = None, out: Path = Path()) -> Row:
     """
     if name is None:
         name = file.stem
-    check_map_name(name)
-    if written := _written(out, name):
-        raise InputError(f"{written[0]} exists already; give another --name or --out")
-    require_folder(out)
+    _require_new(out, name)
     with arriving_together(out, name) as made:
         district = cut(file, made, name)
         graph = district.graph()
@@ -148,6 +142,19 @@ def _drawn_and_measured(
     draw_district(district, graph, out / f"{name}{_PICTURE}")
     tell()
     return measure_district(district, graph)
+
+
+def _require_new(out: Path, name: str) -> None:
+    """Check that maps of a new name can be written to a folder.
+
+    Raises:
+        InputError: the name or the folder cannot be used, or such a map is there already.
+    """
+    check_map_name(name)
+    written = _written(out, name)
+    if written:
+        raise InputError(f"{written[0]} exists already; give another --name or --out")
+    require_folder(out)
 
 
 def _written(out: Path, name: str) -> list[Path]:

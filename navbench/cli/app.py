@@ -30,7 +30,7 @@ FOLDERS = {
 }
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
 UNWRITABLE = "standard output cannot be written; make room, or send it to another place"
-# what the system has no more of, or does not let this program have; the errors name no file
+# errors without a file name: a resource of the system is exhausted or not permitted
 REFUSED = (
     *(errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.ENOMEM, errno.EROFS, errno.ENOSYS),
     errno.ENOENT,  # no folder for temporary files
@@ -179,11 +179,14 @@ def _of_the_system(error: Exception) -> str:
     return f"{error}; give another path" if is_loop else ""
 
 
-def _show(*told: Any, **_: Any) -> None:
-    message, category = told[:2]
-    sys.stderr.write(
-        f"note: {message}\n" if category is NavstackWarning else warnings.formatwarning(*told[:4])
-    )
+def _show(*details: Any, **_: Any) -> None:
+    """Print a warning; the details are those of :func:`warnings.showwarning`."""
+    message, category = details[:2]
+    if category is NavstackWarning:
+        text = f"note: {message}\n"
+    else:
+        text = warnings.formatwarning(*details[:4])
+    sys.stderr.write(text)
 
 
 def _complain(message: str, status: int) -> int:

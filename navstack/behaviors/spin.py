@@ -47,11 +47,10 @@ class Spin(Behavior[SpinGoal]):
         return min(max(speed, self._server.min_rotational_vel), self._server.max_rotational_vel)
 
     def _ahead(self, pose: Pose2D, velocity: float) -> Iterator[Pose2D]:
-        """Where the robot will be.
+        """Predicted poses, to be checked for collisions.
 
-        As upstream, the look ahead reaches as far as the robot has turned already, not as far as it
-        has yet to turn: the first command is given unseen, and what lies ahead is seen the later
-        the less it has turned.
+        As upstream, they cover the angle turned so far, not the angle left to turn. So the first
+        command is not checked, and obstacles ahead are detected late.
         """
         for time in self._times_ahead():
             turn = velocity * time

@@ -58,10 +58,8 @@ class LayerList:
     def fast_parts(self) -> FastParts | None:
         """What :class:`~navstack.costmap.fast_update.FastUpdate` needs.
 
-        None: these layers are not for it.
-
-        They are if they are a map, then obstacles by maximum and keepout masks, then at most one
-        inflation, then only keepout masks: a maximum may be taken in any order.
+        None unless the layers come in this order: a map, obstacles by maximum and keepout masks, at
+        most one inflation, keepout masks. Maxima may be taken in any order.
         """
         rest = list(self.plugins)
         after = [layer for layer in self.filters if isinstance(layer, KeepoutMask)]

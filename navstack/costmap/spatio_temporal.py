@@ -71,13 +71,10 @@ class SpatioTemporalLayer(ObstacleLayer):
         frustums = [(source, reading) for source, reading in seen if source.clearing]
         x, y = self._centres()
         expired = self._expire(x, y, pose.yaw, now, frustums)
-        for outside in (x[expired], y[expired]), (x[~expired], y[~expired]):
-            if len(outside[0]):
-                bounds.join(
-                    np.array(
-                        (outside[0].min(), outside[0].max(), outside[1].min(), outside[1].max())
-                    )
-                )
+        for chosen in (expired, ~expired):
+            if chosen.any():
+                xs, ys = x[chosen], y[chosen]
+                bounds.join(np.array((xs.min(), xs.max(), ys.min(), ys.max())))
         self._keys, self._marks = self._keys[~expired], self._marks[~expired]
         self._show(window, x[~expired], y[~expired])
         for source, reading in seen:

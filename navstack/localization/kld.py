@@ -1,6 +1,6 @@
-"""KLD-adaptive sampling and the clusters of particles, both on a histogram of poses (Fox 2003.
+"""KLD-adaptive sampling and the clusters of particles, both on a histogram of poses.
 
-``pf.c``).
+Fox 2003; Nav2's ``pf.c``.
 
 The histogram has Nav2's bins (``pf_kdtree.c``). Yaw is not normalised: particles that differ by a
 full turn fall into different bins, as in Nav2.

@@ -169,10 +169,10 @@ class LikelihoodAverages:
     These are the averages of Nav2 (``pf.c``), after Augmented MCL (Probabilistic Robotics, table
     8.3).
 
-    They start at their first value and start over whenever random particles were drawn, so that
-    chance does not take over; and a weight is a likelihood divided by the number of particles. So
-    they notice little: the first value is that of particles which are still spread widely, and
-    fewer particles pass for a better fit.
+    They start at their first value, and again after random particles were drawn, so that random
+    particles do not accumulate. A weight is a likelihood divided by the number of particles. The
+    averages are therefore insensitive: the first value is that of widely spread particles, and
+    fewer particles look like a better fit.
     """
 
     def __init__(self, slow_rate: float, fast_rate: float) -> None:

@@ -41,14 +41,14 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     range: NotNegative = 12.0  # [m] up to which they are looked at
     # [-] plan over field's way from which on the field is computed again
     replan_length_ratio: Positive = 1.3
-    # [-] of the time that a detour takes longer, for which the plan has to stay that much longer;
-    # above 0 the field is also computed again as soon as the plan is as much shorter
+    # [-] waiting time before a detour, per second that the detour takes longer; above 0 the field
+    # is also computed again as soon as the plan is shorter by the same ratio
     detour_patience: NotNegative = 0.0
     # [m] beside the planner's path within which the field leads to the goal; 0: anywhere
     corridor: NotNegative = 0.0
     clearance_period: Positive = 0.2  # [s] between two looks at the local costmap
-    # [-] standard deviations of the believed place about mapped obstacles within which what the
-    # local costmap shows is mapped
+    # [-] margin around mapped obstacles, in standard deviations of the position; local obstacles
+    # within it count as mapped
     map_margin_stds: NotNegative = 0.0
     # also gives way while it stands, after arrival, and where Nav2 would recover
     evades_at_rest: bool = True
@@ -98,7 +98,7 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     corner_weight: Annotated[float, within(0.0, 0.5)] = 0.3
     # [-] how likely most people make way, before anybody was met; 0: nobody ever does
     yielding_prior: Annotated[float, within(0.0, 0.9)] = 0.0
-    # [-] of what a person costs that falls away where it surely makes way
+    # [-] reduction of a person's cost if the person certainly makes way
     yielding_share: Annotated[float, within(0.0, 1.0)] = 0.97
     yielding_time: Positive = 1.0  # [s] until who makes way is out of the way
     unsure_std: Positive = 0.3  # [m] of the believed place at which the robot drives half as fast

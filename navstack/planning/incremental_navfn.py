@@ -36,7 +36,7 @@ from navstack.types import ByteArray, FloatArray, Path, Pose2D
 WAITING_CELLS = 200_000  # per buffer; a wave that is taken up again starts from its whole edge
 # of potential (1 m of free cells) beyond the robot, so that straying does not end the field
 MARGIN = 1000.0
-# of what the way would cost through free cells that the last stretch is taken to cost at most
+# upper bound of the last stretch's cost, in multiples of its cost through free cells
 COSTLY_SHARE = 2.0
 # of potential (2 m of free cells); twice that beyond the robot's, a field is not spread again
 HALF_REACH = 2000.0
@@ -47,9 +47,9 @@ class IncrementalNavfn(Planner):
 
     While the goal stays, a plan is a descent from the robot. Cells that have become costlier matter
     only where the path crosses them: without them the field is a lower bound, and a path that
-    attains it is the best. Cells that have become cheaper always matter. What matters is taken in:
-    potentials below the lowest one touched stay, the rest is forgotten and spread anew as far as
-    the robot, leaving out what lies too far off its way to matter.
+    attains it is the best. Cells that have become cheaper always matter. Changes that matter are
+    applied: potentials below the lowest affected one stay, the others are computed again up to the
+    robot, except in cells too far off its way.
 
     Changes are looked for within ``change_radius`` of the robot only (along x and y), which must
     cover the reach of the sensors and the way between two plans. Elsewhere a costlier cell is
@@ -64,11 +64,11 @@ class IncrementalNavfn(Planner):
         # the costs that the potential stands for
         self._known: ByteArray = np.empty(0, dtype=np.uint8)
         self._key: tuple[object, ...] = ()  # what the field was made for
-        # potentials below this are final for the costs known, but for gaps:
+        # potentials below this are final for the known costs, except in gaps
         self._sound_below = 0.0
-        # where the field has been spread anew from this level on, there may be gaps,
+        # lowest potential from which the field was spread again; above it there may be gaps
         self._gap_level = math.inf
-        self._gap_limit = math.inf  # but no way from the robot over them costs less than this
+        self._gap_limit = math.inf  # lower bound of the cost of ways through gaps
         self._robot = 0  # where it stood at the last plan
         self._fallback = NavfnPlanner(
             NavfnParams(

@@ -81,8 +81,11 @@ class VelocitySmoother:
         if self._params.feedback == "CLOSED_LOOP":
             self._last = _axes(measured)
         self._last = self._step(self._last, self._command)
-        deadbands = zip(self._last, self._params.deadband_velocity, strict=True)
-        return Twist2D(*(0.0 if abs(velocity) < dead else velocity for velocity, dead in deadbands))
+        output = list(self._last)
+        for axis, deadband in enumerate(self._params.deadband_velocity):
+            if abs(output[axis]) < deadband:
+                output[axis] = 0.0
+        return Twist2D(*output)
 
     def _step(self, current: Axes, command: Axes) -> Axes:
         """One cycle from ``current`` towards ``command``.

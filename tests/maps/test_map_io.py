@@ -159,7 +159,7 @@ def test_16_bit_images_may_have_transparent_pixels_and_be_white_at_zero(tmp_path
     deep.save(tmp_path / "m.png", transparency=0)
     assert load_map(write_yaml(tmp_path, image="m.png")).data.tolist() == [[-1, 0, -1]]
     deep.save(tmp_path / "m.tiff", tiffinfo={262: 0})
-    assert load_map(write_yaml(tmp_path, image="m.tiff")).data.tolist() == [[0, 100, -1]]
+    assert load_map(write_yaml(tmp_path, image="m.tiff")).data.tolist() == [[0, 100, 100]]
 
 
 def test_thresholds_mean_nothing_in_mode_raw(tmp_path: Path) -> None:

@@ -114,11 +114,9 @@ def manhattan(shape: tuple[int, int], seeds: IntArray) -> IntArray:
 
 
 def planar_wave(crossing: FloatArray, source: tuple[int, int]) -> FloatArray:
-    """NavFn's potential (H, W) of cells that cost ``crossing`` to enter (inf.
+    """NavFn's converged potential (H, W) of cells that cost ``crossing`` to enter; inf: closed.
 
-    Closed), where it has come to rest.
-
-    All cells at once, over and over, until none changes; the source is (x, y), the border closed.
+    All cells are updated at once until none changes. The source is (x, y), the border is closed.
     """
     potential = np.full(crossing.shape, np.inf)
     potential[source[1], source[0]] = 0.0

@@ -86,7 +86,8 @@ def shares(driven: dict[Cell, Delivered]) -> str:
                 for (_, outcome, ours), p in zip(counts, holm(p_values), strict=True)
             ]
             rows = [[place, cell.stack, *parts[4 * k : 4 * k + 4]] for k, cell in enumerate(cells)]
-            lines += [row for row in rows if row[:2] not in [line[:2] for line in lines]]
+            known = [line[:2] for line in lines]
+            lines += [row for row in rows if row[:2] not in known]
     for name, method in methods.items():
         if name in METHODS.values():
             lines.append(

@@ -107,8 +107,11 @@ def scan_of(case: Case) -> LaserScan:
 
 def field_name(file: GoldenFile, farthest: float) -> str:
     """The recorded distance field up to ``farthest`` [m]; empty: there is none."""
-    found = [(name, FIELD.fullmatch(name)) for name in sorted(file.names)]
-    return next((name for name, match in found if match and float(match[1]) == farthest), "")
+    for name in sorted(file.names):
+        match = FIELD.fullmatch(name)
+        if match is not None and float(match[1]) == farthest:
+            return name
+    return ""
 
 
 def resolution_of(file: GoldenFile, field: str) -> float:

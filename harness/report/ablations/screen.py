@@ -64,11 +64,12 @@ def deciding(ablation: Ablation) -> list[str]:
         return []
     open_ones = [each.paired for each in ablation.of(MARGIN) if not each.paired.is_significant]
     needed = max((pair.needed or pair.fewest for pair in open_ones if pair.differs), default=0)
-    if needed > MOST:
+    if not 0 < needed <= MOST:
         return []
-    if command := needed and repeated(ablation.run, needed):
-        return [f"to decide every margin: {command}"]
-    return []
+    command = repeated(ablation.run, needed)
+    if not command:
+        return []
+    return [f"to decide every margin: {command}"]
 
 
 def _outcomes(ablation: Ablation) -> Table:
@@ -158,7 +159,7 @@ def sentence(difference: ArmDifference) -> str:
 
 
 def _subject(difference: ArmDifference) -> str:
-    """Who has more of what than whom, by how much."""
+    """The two arms, and the difference of their metric."""
     gap, whose = wider(difference.paired.difference, difference.unseen), difference.against
     is_money = difference.metric == MARGIN
     if not difference.paired.differs:

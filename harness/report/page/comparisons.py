@@ -72,9 +72,8 @@ def _comparison(
 ) -> Json:
     """A pair of stacks; ``margin``: their difference as one of all pairs'."""
     known = [key for key, entry in result.differences.items() if entry.differs]
-    order = [key for key in FOREMOST if key in known] + [
-        key for key in known if key not in FOREMOST
-    ]
+    order = [key for key in FOREMOST if key in known]
+    order += [key for key in known if key not in FOREMOST]
     rows, titles = [], metric_titles()
     for key in order:
         entry = result.differences[key]
@@ -110,10 +109,12 @@ def metric_titles() -> dict[str, str]:
     """What the metrics of a comparison are called, with their units."""
     named = [(metric.key, metric) for metric in RUN_METRICS]
     named += [(metric.mean_key, metric) for metric in EPISODE_METRICS if metric.mean_key]
-    titles = {
-        key: f"{metric.title} [{unit}]" if (unit := _unit(metric)) else metric.title
-        for key, metric in named
-    }
+    titles = {}
+    for key, metric in named:
+        titles[key] = metric.title
+        unit = _unit(metric)
+        if unit:
+            titles[key] += f" [{unit}]"
     return {
         **titles,
         **{outcome: text.capitalize() for outcome, text in OUTCOMES.items()},

@@ -162,7 +162,7 @@ def _add_up(sizes: npt.NDArray[Any], parts: npt.NDArray[Any]) -> bool:
 
 
 def _is_rising(stamps: FloatArray) -> bool:
-    """Whether stamps (n,) [s] are numbers none of which is before the one ahead of it."""
+    """Whether stamps (n,) [s] are finite and never decrease."""
     return bool(np.isfinite(stamps).all() and (np.diff(stamps) >= 0.0).all())
 
 

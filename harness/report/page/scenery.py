@@ -70,16 +70,18 @@ def draw(scene: Scene, origin: Place) -> Json:
     grid = scene.geometry
     x0, y0 = grid.origin.x - origin[0], grid.origin.y - origin[1]
     bounds = [x0, y0, x0 + grid.width * grid.resolution, y0 + grid.height * grid.resolution]
-    polygons = len(scene.obstacles) <= MOST_OBSTACLES
+    obstacles: list[list[Any]] = []
+    has_polygons = len(scene.obstacles) <= MOST_OBSTACLES
+    if has_polygons:
+        obstacles = [[each.kind, _corners(each.polygon, origin)] for each in scene.obstacles]
+    picture = None
+    if not scene.zones or not has_polygons:
+        picture = _picture(scene, origin, with_obstacles=not has_polygons)
     return {
         "bounds": [round(edge, 3) for edge in bounds],
         "zones": [[zone.kind, _corners(zone.polygon, origin)] for zone in scene.zones],
-        "obstacles": [[each.kind, _corners(each.polygon, origin)] for each in scene.obstacles]
-        if polygons
-        else [],
-        "picture": None
-        if scene.zones and polygons
-        else _picture(scene, origin, with_obstacles=not polygons),
+        "obstacles": obstacles,
+        "picture": picture,
     }
 
 

@@ -160,20 +160,24 @@ def _row(row: TableRow, columns: Sequence[Column]) -> Json:
 
 def waterfall(entries: Sequence[PageEntry]) -> list[Json]:
     """From revenue to margin, stack by stack and for the published one [USD/run]."""
-    return [
-        {
-            "label": f"{column.title} (paper)" if column.published else column.title,
-            "revenue": column.values["revenue"],
-            "terms": [[title, column.values[term]] for term, title in COST_LABELS.items()],
-            "margin": _quantity(column, "contribution_margin"),
-            "paper": column.published,
-            "why": why,
-        }
-        for column, why in (
-            *((entry.column, entry.no_margin) for entry in entries),
-            (_published(entries)[0], ""),
+    columns = [(entry.column, entry.no_margin) for entry in entries]
+    columns.append((_published(entries)[0], ""))
+    bars = []
+    for column, why in columns:
+        label = column.title
+        if column.published:
+            label += " (paper)"
+        bars.append(
+            {
+                "label": label,
+                "revenue": column.values["revenue"],
+                "terms": [[title, column.values[term]] for term, title in COST_LABELS.items()],
+                "margin": _quantity(column, "contribution_margin"),
+                "paper": column.published,
+                "why": why,
+            }
         )
-    ]
+    return bars
 
 
 def accountings(entries: Sequence[PageEntry], known: Accounted) -> Json | None:

@@ -135,11 +135,11 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
         blocks.append(Table("What they earn", heads, mean_rows(checked)))
     if missing := _left_out(checked):
         blocks.append(Text(missing))
-    missions = [
-        (str(mission.episode), f"{mission.difference:+.2f}", *_told(mission), code_text(replay))
-        for mission in checked.apart
-        for replay in [shlex.join(_replays(checked, mission)[1])]
-    ]
+    missions = []
+    for mission in checked.apart:
+        difference = f"{mission.difference:+.2f}"
+        replay = code_text(shlex.join(_replays(checked, mission)[1]))
+        missions.append((str(mission.episode), difference, *_told(mission), replay))
     columns = ("Mission", "NEW - OLD [$]", "OLD", "NEW", "Replay")
     blocks.append(Table("Missions that differ most", columns, missions))
     return markdown_text([*blocks, Text(LIMIT)])

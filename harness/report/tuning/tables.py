@@ -130,11 +130,13 @@ def _finals(study: StudyResult) -> Table:
 
 def _front(study: StudyResult) -> Table:
     """What a Pareto study has to offer."""
-    rows = [
-        (_name(number), *(f"{value:.4g}" for value in study.trials[number].values))
-        for number in sorted(study.front, key=lambda number: -study.trials[number].values[0])
-        if len(study.objectives) > 1
-    ]
+    front: Sequence[int] = ()
+    if len(study.objectives) > 1:
+        front = sorted(study.front, key=lambda number: -study.trials[number].values[0])
+    rows = []
+    for number in front:
+        values = [f"{value:.4g}" for value in study.trials[number].values]
+        rows.append((_name(number), *values))
     return declared("tuning_front", rows, columns=study.objectives)
 
 

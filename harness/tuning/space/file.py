@@ -93,16 +93,15 @@ def read_spaces(paths: Sequence[Path]) -> tuple[str, SpaceFile]:
             raise ParameterError(f"--space: {path.stem} is given twice; give it once")
         for before, other in zip(paths[:number], contents, strict=False):
             _check_agreement(before.stem, other, path.stem, contents[number])
-    merged = SpaceFile(
-        title="; ".join(content.title for content in contents),
-        parameters={
-            key: entry for content in contents for key, entry in content.parameters.items()
-        },
-        reads={key: path for content in contents for key, path in content.reads.items()},
-        constraints=tuple(
-            dict.fromkeys(text for content in contents for text in content.constraints)
-        ),
-    )
+    parameters: dict[str, SpaceEntry] = {}
+    reads: dict[str, str] = {}
+    constraints: list[str] = []
+    for content in contents:
+        parameters |= content.parameters
+        reads |= content.reads
+        constraints += content.constraints
+    title = "; ".join(content.title for content in contents)
+    merged = SpaceFile(title, parameters, reads, tuple(dict.fromkeys(constraints)))
     _check_names(merged, name)
     return name, merged
 

@@ -151,14 +151,15 @@ def with_values(
 
 
 def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
-    """Node, name, number of the entry (None.
+    """Node, name, number of the entry, type and value of a parameter that has an effect.
 
-    The whole), type and value of a parameter that has an effect.
+    The number is None for the whole parameter.
     """
     node, name = _split(path)
-    name, index = (
-        (name, None) if (entry := _ENTRY.fullmatch(name)) is None else (entry[1], int(entry[2]))
-    )
+    index = None
+    entry = _ENTRY.fullmatch(name)
+    if entry is not None:
+        name, index = entry[1], int(entry[2])
     if not nav2.runs(node):
         raise NoPluginError(
             f"path '{path}': {nav2.path.name} reads like a file of Nav2 {nav2.release}, which has "

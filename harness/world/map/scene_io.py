@@ -109,11 +109,8 @@ def map_files(name_or_path: str | Path) -> list[Path]:
         MapError: a YAML file cannot be used.
     """
     path = _resolve(str(name_or_path))
-    maps = [
-        each
-        for each in (path, *(_beside(path, suffix) for suffix in (_WALKABLE, _MESH)))
-        if each.exists()
-    ]
+    possible = (path, _beside(path, _WALKABLE), _beside(path, _MESH))
+    maps = [each for each in possible if each.exists()]
     return [*maps, *(load_metadata(each).image for each in maps), path.with_suffix(".geojson")]
 
 

@@ -179,9 +179,13 @@ def _alleys(rng: np.random.Generator, blocks: int) -> list[list[float]]:
     """
     quartered = round(_QUARTERED_SHARE * blocks)
     widths = rng.permutation(np.linspace(*_ALLEY_WIDTHS, blocks + 2 * quartered)).tolist()
-    return [
-        [widths.pop() for _ in range(3 if k < quartered else 1)] for k in rng.permutation(blocks)
-    ]
+    alleys = []
+    for block in rng.permutation(blocks):
+        count = 1
+        if block < quartered:
+            count = 3
+        alleys.append([widths.pop() for _ in range(count)])
+    return alleys
 
 
 def _build_block(

@@ -41,6 +41,7 @@ from navbench.api.progress import say
 from navbench.api.report import today
 from navstack.lint import lint
 from navstack.params.nav2_file.file import inspect_nav2
+from navstack.params.nav2_file.findings import Notice
 
 FEWEST_OF_WATERFALL = 5  # missions of one that the budget shortens
 
@@ -178,15 +179,17 @@ def _record_partings(
 def lint_of(folder: Path, robot: str, allow_unknown: bool) -> Row:
     """What the check of the tuned file finds, and which of it the original did not have."""
     limits = robot_limits(robot)
-    known, found = (
-        lint(inspect_nav2(file, allow_unknown), limits)
-        for file in (folder / "params" / ORIGINAL, folder / TUNED)
-    )
-    before = {(notice.id, notice.path) for notice in known}
-    after = {(notice.id, notice.path) for notice in found}
+    before = lint(inspect_nav2(folder / "params" / ORIGINAL, allow_unknown), limits)
+    after = lint(inspect_nav2(folder / TUNED, allow_unknown), limits)
     return {
-        "errors": sum(notice.is_error for notice in found),
-        "warnings": sum(not notice.is_error for notice in found),
-        "new": [str(notice) for notice in found if (notice.id, notice.path) not in before],
-        "gone": [str(notice) for notice in known if (notice.id, notice.path) not in after],
+        "errors": sum(notice.is_error for notice in after),
+        "warnings": sum(not notice.is_error for notice in after),
+        "new": _missing_from(before, after),
+        "gone": _missing_from(after, before),
     }
+
+
+def _missing_from(reference: Sequence[Notice], notices: Sequence[Notice]) -> list[str]:
+    """The notices of which the reference has none with the same rule and parameter."""
+    known = {(notice.id, notice.path) for notice in reference}
+    return [str(notice) for notice in notices if (notice.id, notice.path) not in known]

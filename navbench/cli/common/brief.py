@@ -39,12 +39,13 @@ class Brief(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options that are shown."""
         always = ("help", "help_all")
-        records = [
-            record
-            for parameter in self.get_params(ctx)
-            if parameter.name in self._shown or parameter.name in always
-            if (record := parameter.get_help_record(ctx)) is not None
-        ]
+        records = []
+        for parameter in self.get_params(ctx):
+            if parameter.name not in (*self._shown, *always):
+                continue
+            record = parameter.get_help_record(ctx)
+            if record is not None:
+                records.append(record)
         with formatter.section("Options"):
             formatter.write_dl(records)
 

@@ -70,20 +70,15 @@ class Decision:
         totals[self.choice.index] = np.inf
         speeds = np.abs(self.scores.rollouts.commands[:, 0])
         is_slower = speeds <= 0.5 * abs(self.command.linear_x)
-        best = {
-            RUNNER_UP: int(totals.argmin()),
-            SLOWER: int(np.where(is_slower, totals, np.inf).argmin()),
-        }
-        return tuple(
-            Alternative(
-                kind,
-                self.scores.command(index),
-                float(totals[index]),
-                self._scores_of(index, {}),
-            )
-            for kind, index in best.items()
-            if np.isfinite(totals[index]) and (kind != SLOWER or is_slower[index])
-        )
+        candidates = {RUNNER_UP: totals, SLOWER: np.where(is_slower, totals, np.inf)}
+        found = []
+        for kind, costs in candidates.items():
+            index = int(costs.argmin())
+            if np.isfinite(costs[index]):
+                command = self.scores.command(index)
+                scores = self._scores_of(index, {})
+                found.append(Alternative(kind, command, float(costs[index]), scores))
+        return tuple(found)
 
     def _scores_of(self, index: int, rejections: Mapping[str, int]) -> tuple[CriticScore, ...]:
         """Raw score and share in the total of a trajectory, critic by critic."""

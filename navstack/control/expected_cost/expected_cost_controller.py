@@ -181,18 +181,18 @@ class ExpectedCostController(Controller):
                 self._nearest = math.inf
 
     def _is_out_of_date(self, plan: Path, state: RobotState) -> bool:
-        """Whether the planner goes a much longer way: something blocks the field's.
+        """Whether the plan is much longer than the field's way, which then seems blocked.
 
-        That may pass. A robot with a ``detour_patience`` of 1 waits for as long as the detour takes
-        longer: it never loses more than twice what the better choice would (rent or buy, Karlin et
-        al. 1988, Algorithmica 3). It also comes back where the planner's way is much shorter again.
+        The blockage may end. With a ``detour_patience`` of 1 the robot waits as long as the detour
+        would delay it, and loses at most twice as much as by the better choice (rent or buy, Karlin
+        et al. 1988, Algorithmica 3). With any patience a much shorter plan renews the field, too.
         """
         assert self._field is not None
         if state.stamp - self._field_stamp < _PATIENCE:
             return False
         given = self._params
         ratio = given.replan_length_ratio
-        # dearer metres: never less than the way
+        # [m] costly cells count as longer, so it is at least the way's length
         ahead = cost_at(self._field, state.pose.x, state.pose.y)
         if plan.length <= ratio * ahead + _SLACK:
             self._detour_since = None

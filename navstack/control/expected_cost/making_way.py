@@ -27,7 +27,7 @@ _RELAXATION = 0.6
 _FEW, _MOST = 0.02, 0.9
 _LOOK = 0.4  # [s] over which a change of somebody's velocity is measured
 _LEAST = 0.1  # [m/s] of change by the robot below which a look says nothing
-_ALONE = 1.5  # [m] of somebody else, within which a look tells of both, not of the robot
+_ALONE = 1.5  # [m] to the nearest other person; below it a look says nothing about the robot
 # Fitted to tracked people who notice the robot, and who do not:
 _SHARE = 0.4  # of the change that the force makes
 _SHARE_STD = 0.25  # of that change, by which people differ

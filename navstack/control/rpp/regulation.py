@@ -1,6 +1,6 @@
-"""The heuristics that slow regulated pure pursuit down (``regulation_functions.hpp``.
+"""The heuristics that slow regulated pure pursuit down.
 
-Macenski et al. 2023).
+Macenski et al. 2023; Nav2's ``regulation_functions.hpp``.
 """
 
 import math

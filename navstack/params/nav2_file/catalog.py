@@ -78,17 +78,20 @@ class Catalog:
         return f"unknown plugin '{plugin}'{hint}; available: {here}"
 
     def meant(self, family: str, plugin: str) -> str:
-        """The type that another one stands for; empty: there is none.
+        """The type that was probably meant; empty: there is none.
 
-        One that does its work, one of the same class in another package, or one that is spelt
-        almost alike.
+        Its successor, the same class in another package, or the type of the nearest spelling.
         """
         running = sorted(self._running(family))
         name = plugin.rpartition("::")[2]
         successor = nodes.SUCCESSORS.get(name, "")
-        alike = [kind for kind in running if kind.rpartition("::")[2] == name != kind]
-        near = nearly_equal(plugin, [*running, *self.families[family]])
-        return next(iter([*filter(running.__contains__, [successor]), *alike, *near]), "")
+        if successor in running:
+            return successor
+        similar = [kind for kind in running if kind.rpartition("::")[2] == name != kind]
+        similar += nearly_equal(plugin, [*running, *self.families[family]])
+        if similar:
+            return similar[0]
+        return ""
 
     def way_on(self, family: str, name: str, plugin: str) -> str:
         """How a file drives although a plugin of it does not; empty: it does not."""

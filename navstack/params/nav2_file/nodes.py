@@ -68,9 +68,11 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     """
     own = [text for text in document.nodes if not is_wildcard(text) and node_name(text) == node]
     own = [text for text in own if text.path[-1] == node] or own
-    # one of a namespace before those of any
-    named = sorted(own, key=lambda text: not any("*" in part for part in text.path))
-    path = named[-1].path if named else default_path(node)
+    # a namespace without wildcards goes before the others
+    named = [text for text in own if not any("*" in part for part in text.path)] or own
+    path = default_path(node)
+    if named:
+        path = named[-1].path
     full_name = "/" + "/".join(part for part in path if "*" not in part)
     return [
         text

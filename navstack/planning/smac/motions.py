@@ -116,19 +116,16 @@ def lattice(radius: float) -> Motions:
 
 
 def _shortest_turn(headings: FloatArray, b: int, end: int, radius: float) -> _Motion | None:
+    """The turn to the heading ``end`` whose end is nearest; None: there is none in reach."""
     reach = math.ceil(FARTHEST * radius)
-    places = sorted(
-        ((x, y) for x in range(-reach, reach + 1) for y in range(-reach, reach + 1) if x or y),
-        key=lambda place: (math.hypot(*place), place),
-    )
-    return next(
-        (
-            m
-            for place in places
-            if (m := _line_and_arc(headings, b, end, place, radius)) is not None
-        ),
-        None,
-    )
+    numbers = range(-reach, reach + 1)
+    places = [(x, y) for x in numbers for y in numbers if (x, y) != (0, 0)]
+    places.sort(key=lambda place: (math.hypot(*place), place))
+    for place in places:
+        motion = _line_and_arc(headings, b, end, place, radius)
+        if motion is not None:
+            return motion
+    return None
 
 
 def _line_and_arc(
