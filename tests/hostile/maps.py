@@ -144,7 +144,7 @@ IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
     "is a PNG of impossible depth": (lambda: png(100, 100, b"", depth=3), "map.pgm"),
     "is a PNG with a palette that is not there": (
         lambda: png(100, 100, bytes(101 * 100), colour=3),
-        "occupied",
+        "in no free cell",
     ),
     "is a GIF cut off": (lambda: b"GIF89a\xff\xff\xff\xff\x00\x00\x00", "map.pgm"),
     "is a BMP of negative size": (
@@ -181,7 +181,7 @@ IMAGES: dict[str, tuple[Callable[[], bytes], str]] = {
         lambda: b"Pf\n2 2\n-1.0\n" + struct.pack("<4f", *[float("nan")] * 4),
         "map.pgm",
     ),
-    "is all wall": (lambda: b"P5\n100 100\n255\n" + bytes(10_000), "occupied"),
+    "is all wall": (lambda: b"P5\n100 100\n255\n" + bytes(10_000), "in no free cell"),
     "is a single pixel": (lambda: b"P5\n1 1\n255\n\xfe", "outside"),
 }
 
