@@ -194,15 +194,21 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
 
 
 def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
-    """A note where keepout filters have no mask.
-
-    Neither from the file nor from the planning map.
-    """
+    """Notes where filters have no mask: a file's own is not there, or nobody has one."""
+    notes = [f"{stack.name}: {notice}" for notice in masks_missing(nav2)]
     names = keepout_filters_without_mask(nav2.parameters, nav2.path.parent)
     if stack.planning_map == "geometry" or not names:
-        return []
+        return notes
     why = "a map file brings none" if is_file(stack.planning_map) else "the mesh is walkable ground"
-    return [f"{stack.name}: without a mask, hence without effect: {', '.join(names)} ({why})"]
+    notes.append(f"{stack.name}: without a mask, hence without effect: {', '.join(names)} ({why})")
+    return notes
+
+
+def masks_missing(nav2: Nav2File) -> list[str]:
+    """What the notices of a user's file say of masks that are not there."""
+    if nav2.path.is_relative_to(shipped("params")):
+        return []
+    return [str(notice) for notice in nav2.notices if notice.id == "no-mask"]
 
 
 def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from harness.episode.factory import Parts
 from harness.execution.process_cache import forget_changed
 from harness.plan.question import Answer, PlanningMap, ask_all, task_of
 from harness.report.plan import draw_plan, plan_document
 from harness.storage.files import require_no_input, require_writable
+from harness.study.preflight import masks_missing
 from harness.task.study import EpisodeTask
 from harness.world.map.scene_io import map_files
-from navbench.api.progress import count_shown
+from navbench.api.progress import count_shown, say
 from navstack.types import Pose2D
 
 PICTURES = (".png", ".pdf", ".svg")  # suffixes
@@ -71,6 +73,8 @@ def plan(
         require_no_input("--picture", picture, map_files(map))
     forget_changed()
     task = task_of(map, start, goal, seed, params, allow_unknown)
+    for notice in masks_missing(Parts(task).nav2):
+        say(f"note: {notice}")
     with count_shown("planners", len(planners)) as tell:
         ends, ground, answers = ask_all(task, planners, smoother, seconds, tell)
     if picture is not None:

@@ -387,3 +387,32 @@ def test_a_picture_takes_no_file_of_the_map(
     assert plan("--map", str(file), "--picture", str(image)) == 1
     assert "--picture" in (said := capsys.readouterr().err) and "is a file that is read" in said
     assert image.read_bytes() == b"mine"
+
+
+MASKED = """
+costmap_filter_info_server:
+  ros__parameters: {type: 0, filter_info_topic: /keepout_costmap_filter_info, mask_topic: /mask}
+filter_mask_server:
+  ros__parameters: {topic_name: /mask, yaml_filename: mask.yaml}
+"""
+
+
+def test_paths_keep_clear_of_the_files_own_mask(
+    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
+) -> None:
+    stock = (shipped("params") / "nav2" / "stock.yaml").read_text(encoding="utf-8")
+    (tmp_path / "nav2.yaml").write_text(stock + MASKED, encoding="utf-8")
+    asked = ("--map", str(room), "--start", START, "--goal", GOAL, "--planner", "ThetaStar")
+    asked += ("--params", str(tmp_path / "nav2.yaml"))
+    (free,) = document(capsys, *asked)["planners"]
+    assert plan(*asked) == 0
+    assert "its mask mask.yaml is not here; the world's own is used" in capsys.readouterr().err
+    # coarser, from elsewhere: a wall at x = 4 to 4.4 m with a way of 1.6 m
+    pixels = np.full((60, 90), 254, dtype=np.uint8)
+    pixels[:, 25:27] = 0
+    pixels[24:32, 25:27] = 254
+    (tmp_path / "mask.pgm").write_bytes(b"P5 90 60 255\n" + pixels.tobytes())
+    about = MAP.replace("map.pgm", "mask.pgm").replace("0.05", "0.2", 1)
+    (tmp_path / "mask.yaml").write_text(about.replace("[0, 0, 0]", "[-1, -1, 0]"))
+    (masked,) = document(capsys, *asked)["planners"]
+    assert masked["found"] and masked["clearance_m"] < 0.6 < free["clearance_m"]
