@@ -35,7 +35,6 @@ from harness.statistics.interval import Interval, interval_json, wilson_interval
 from harness.statistics.mean_intervals import mean_intervals
 from harness.storage.rows import values
 from harness.world.outcome import OUTCOMES, Outcome
-from navstack.errors import InputError
 from navstack.types import FloatArray
 
 MOST_LEFT_OUT = 0.01  # share of deliveries without a result beyond which no margin is told
@@ -241,18 +240,6 @@ def column(rows: Sequence[Row], key: str) -> FloatArray:
     return np.array(
         [np.nan if each is None else each for each in values(rows, key)], dtype=np.float64
     )
-
-
-def margin_of(row: Row, prices: Prices) -> float:
-    """What a delivery earned [USD].
-
-    Raises:
-        InputError: its cargo is not modelled.
-    """
-    margin = margins([row], prices)
-    if margin is None:
-        raise InputError("this world does not model the cargo, so that no delivery has a margin")
-    return float(margin[0])
 
 
 def margins(

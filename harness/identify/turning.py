@@ -16,7 +16,7 @@ from harness.identify.estimate import (
 )
 from harness.identify.stillness import at_rest
 from harness.recorded.drive_log import DriveLog, period_of
-from navstack.types import BoolArray, FloatArray
+from navstack.types import BoolArray, FloatArray, IntArray
 
 _LONG, _WINDOW = 3.0, 0.5  # [s] over which turns are compared: for the scale, for the noise
 _LEAST_TURN = 0.05  # [rad] in a window that tells of the scale
@@ -166,7 +166,7 @@ def _delay(log: DriveLog) -> tuple[float, float]:
     stamps = edges[:-1] + 0.5 * _STEP
     inside = _with_odometry(log, stamps)
     stamps, begins = stamps[inside], edges[:-1][inside]
-    turns = _integral(log.imu_stamps, log.gyro_rates, edges)[inside] / _STEP
+    turns = integral(log.imu_stamps, log.gyro_rates, edges)[inside] / _STEP
 
     def residuals(values: FloatArray) -> FloatArray:
         """The gyro's mean rates less the odometry's, which has less noise and is moved in time."""
@@ -207,14 +207,12 @@ def _windows(log: DriveLog, delay: float, length: float) -> _Windows:
     edges = np.arange(first, last, length)
     kept = np.ones(max(len(edges) - 1, 0), dtype=bool)
     for stamps in (log.stamps, log.imu_stamps):
-        steps = np.diff(stamps)
-        longest = max(5.0 * float(np.median(steps)), 0.1)
-        for gap in np.flatnonzero(steps > longest):
+        for gap in gaps_of(stamps):
             kept &= (edges[1:] < stamps[gap]) | (edges[:-1] > stamps[gap + 1])
     stamps, yaw = log.stamps, log.yaws
-    gyro = _integral(log.imu_stamps - delay, log.gyro_rates, edges)
+    gyro = integral(log.imu_stamps - delay, log.gyro_rates, edges)
     lateral = np.abs(log.speeds * log.yaw_rates) / _GRAVITY
-    slipping = gyro * _integral(stamps, lateral, edges) / length
+    slipping = gyro * integral(stamps, lateral, edges) / length
     lengths = np.full(len(gyro), length)
     return _Windows(
         edges[:-1][kept] + 0.5 * length,
@@ -224,7 +222,14 @@ def _windows(log: DriveLog, delay: float, length: float) -> _Windows:
     )
 
 
-def _integral(stamps: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:
+def gaps_of(stamps: FloatArray) -> IntArray:
+    """The rows (n,) after which stamps (N,) [s] have a gap."""
+    steps = np.diff(stamps)
+    found: IntArray = np.flatnonzero(steps > max(5.0 * float(np.median(steps)), 0.1))
+    return found
+
+
+def integral(stamps: FloatArray, values: FloatArray, edges: FloatArray) -> FloatArray:
     """Integrals (n - 1,) of a signal between edges (n,), by the trapezoidal rule."""
     steps = np.diff(stamps) * 0.5 * (values[1:] + values[:-1])
     return _summed(stamps, steps, edges)
@@ -243,7 +248,7 @@ def _swept(log: DriveLog, edges: FloatArray) -> FloatArray:
     width = max(round(_SMOOTH / period_of(stamps)), 1)
     smooth = np.convolve(rates - bias, np.full(width, 1.0 / width), mode="same")
     smooth[still] = 0.0
-    return _integral(stamps, np.abs(smooth), edges)
+    return integral(stamps, np.abs(smooth), edges)
 
 
 def _summed(stamps: FloatArray, steps: FloatArray, edges: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from harness.identify.turning import Turning
+from harness.identify.turning import Turning, gaps_of, integral
 from harness.recorded.drive_log import LEAST_IMU, DriveLog
 from navstack.geometry import rotation
 from navstack.types import FloatArray
@@ -59,14 +59,11 @@ def _by_gyro(log: DriveLog, turning: Turning, turns: FloatArray) -> FloatArray:
     """Turns (N - 1,) [rad] between rows of the odometry, as the gyro has them where it was on."""
     rates = log.gyro_rates - turning.bias
     times = log.imu_stamps - turning.delay
-    areas = np.diff(times) * 0.5 * (rates[1:] + rates[:-1])
-    sums = np.concatenate(((0.0,), np.cumsum(areas)))
     begins, ends = log.stamps[:-1], log.stamps[1:]
     is_seen = (begins >= times[0]) & (ends <= times[-1])
-    steps = np.diff(times)
-    for gap in np.flatnonzero(steps > max(5.0 * float(np.median(steps)), 0.1)):
+    for gap in gaps_of(times):
         is_seen &= (ends <= times[gap]) | (begins >= times[gap + 1])
-    found: FloatArray = np.where(is_seen, np.diff(np.interp(log.stamps, times, sums)), turns)
+    found: FloatArray = np.where(is_seen, integral(times, rates, log.stamps), turns)
     return found
 
 

@@ -9,12 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from harness.economics.valuation import margin_of
 from harness.episode.episode import RunningDelivery
 from harness.execution.copies import PausedCopy
 from harness.meetings.crowd import STEP, Record
 from harness.meetings.draw import Meeting
-from harness.meetings.meet import APART, LEAD, Job, Met, Stage, meet
+from harness.meetings.meet import APART, LEAD, Job, Met, Stage, margin_of, meet
 from harness.meetings.passing import Passings, passings_of
 from harness.meetings.way import SPACING, Progress, Way
 from harness.metrics.columns import Row

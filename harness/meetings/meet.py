@@ -5,14 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from harness.economics.valuation import margin_of
+from harness.economics.prices import Prices
+from harness.economics.valuation import margins
 from harness.episode.episode import RunningDelivery
 from harness.episode.factory import Parts
 from harness.meetings.crowd import STEP, Record, StagedPeople, StagedWalkers
 from harness.meetings.draw import Meeting
+from harness.metrics.columns import Row
 from harness.task.study import EpisodeTask
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import Contact, CountedContact, Partner, Truth
+from navstack.errors import InputError
 from navstack.types import FloatArray
 
 LEAD = 6.0  # [s] before a meeting, at least, at which people appear
@@ -61,6 +64,18 @@ def stage_of(task: EpisodeTask) -> Stage:
         kind = StagedWalkers
     people = kind(parts.params.people.count)
     return Stage(parts.new_world(people), people)
+
+
+def margin_of(row: Row, prices: Prices) -> float:
+    """What a delivery earned [USD].
+
+    Raises:
+        InputError: its cargo is not modelled.
+    """
+    margin = margins([row], prices)
+    if margin is None:
+        raise InputError("this world does not model the cargo, so that no delivery has a margin")
+    return float(margin[0])
 
 
 def meet(delivery: RunningDelivery, stage: Stage, record: Record, job: Job) -> Met:

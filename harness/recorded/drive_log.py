@@ -114,9 +114,10 @@ def jumps_of(odometry: FloatArray) -> BoolArray:
     return found
 
 
-def are_jumps(steps: FloatArray, seconds: FloatArray) -> BoolArray:
-    """Which steps (N,) [m], each within some seconds (N,), no robot drives."""
-    found: BoolArray = steps > 0.05 + _FASTEST * seconds
+def are_jumps(odometry: FloatArray) -> BoolArray:
+    """Which steps between rows (N, 4 or more) of odometry no robot drives at all."""
+    steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
+    found: BoolArray = steps > 0.05 + _FASTEST * np.diff(odometry[:, 0])
     return found
 
 

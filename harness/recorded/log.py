@@ -308,9 +308,8 @@ def _require_one_publisher(odometry: FloatArray, topic: str) -> None:
     Raises:
         BagError: it does.
     """
-    steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
-    is_jump = are_jumps(steps, np.diff(odometry[:, 0]))
-    if len(steps) > 10 and is_jump.mean() > _JUMPS:
+    is_jump = are_jumps(odometry)
+    if len(is_jump) > 10 and is_jump.mean() > _JUMPS:
         raise BagError(
             f"the poses of {topic} jump in {is_jump.mean():.0%} of its messages, as where two "
             "nodes publish on one topic; record one of them on a topic of its own"
@@ -326,8 +325,7 @@ def _fill_twist(odometry: FloatArray) -> bool:
         return False
     stamps, yaw = odometry[:, 0], np.unwrap(odometry[:, 3])
     vx, vy = np.gradient(odometry[:, 1], stamps), np.gradient(odometry[:, 2], stamps)
-    steps = np.hypot(np.diff(odometry[:, 1]), np.diff(odometry[:, 2]))
-    is_jump = are_jumps(steps, np.diff(stamps))
+    is_jump = are_jumps(odometry)
     is_sound = ~(np.append(is_jump, False) | np.insert(is_jump, 0, False))
     if not is_sound.any():
         return False

@@ -21,11 +21,11 @@ from harness.analysis.compare import side_of, warnings_of
 from harness.analysis.meetings_check import MeetingsChecked
 from harness.analysis.side import Side
 from harness.economics.prices import Prices
-from harness.economics.valuation import margin_of
 from harness.episode.files import prices_of
 from harness.execution.process_cache import forget_changed
 from harness.meetings.allowed import INSTEAD, require_meetings, why_deliveries
 from harness.meetings.estimators import DELIVERIES, MEETINGS
+from harness.meetings.meet import margin_of
 from harness.metrics.columns import Row
 from harness.report.numbers import counted
 from harness.report.short.check import MARKDOWN, check_markdown

@@ -29,13 +29,11 @@ from navstack.params.nav2_file.nodes import (
     MONITOR,
     entries_of,
     in_file,
-    is_wildcard,
     joined_notices,
-    new_path,
     node_notices,
     nodes_to_check,
+    owner_of,
     require_nodes,
-    sections_of,
     tree_notices,
 )
 from navstack.params.nav2_file.older_forms import convert_older_forms
@@ -193,32 +191,14 @@ class Nav2File:
         path.write_text(self.document.text, encoding="utf-8")
 
     def _owner_of(self, node: str, dotted: str) -> tuple[str, ...]:
-        """Where in the file a parameter stands, or should.
-
-        The section that wins, else the node's own. Of what other nodes read there, too, the node
-        has a value of its own, where that wins.
-        """
-        sections = sections_of(self.document, node)
-        holding = [text for text in sections if dotted in text.entries]
-        own = [text for text in sections if not is_wildcard(text)]
-        if holding and is_wildcard(holding[-1]) and self._is_read_elsewhere(node, dotted):
-            if not own:
-                holding = []
-            elif sections.index(own[-1]) > sections.index(holding[-1]):
-                holding = own
-        for sections in (holding, own):
-            if sections:
-                return sections[-1].path
-        return new_path(self.document, node)
-
-    def _is_read_elsewhere(self, node: str, dotted: str) -> bool:
-        """Whether what the file says of a parameter is another node's as well."""
+        """Where in the file a parameter stands, or should; see :func:`owner_of`."""
         entry = self.parameters[node].get(dotted)
         known = {name.path for name in self.names}
-        return any(
+        is_shared = any(
             other != node and entries.get(dotted) is entry and f"{other}: {dotted}" in known
             for other, entries in self.parameters.items()
         )
+        return owner_of(self.document, node, dotted, is_shared)
 
 
 def load_nav2(path: Path, allow_unknown: bool = False) -> Nav2File:

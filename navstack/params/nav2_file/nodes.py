@@ -81,6 +81,29 @@ def sections_of(document: Document, node: str) -> list[NodeText]:
     ]
 
 
+def owner_of(document: Document, node: str, dotted: str, is_shared: bool) -> tuple[str, ...]:
+    """The path of the section in which a node's parameter stands, or should.
+
+    Args:
+        document: the file.
+        node: by today's name.
+        dotted: name of the parameter in the file.
+        is_shared: whether other nodes read it there, too; then the node gets a value of its own.
+    """
+    sections = sections_of(document, node)
+    holding = [text for text in sections if dotted in text.entries]
+    own = [text for text in sections if not is_wildcard(text)]
+    if is_shared and holding and is_wildcard(holding[-1]):
+        if not own:
+            holding = []
+        elif sections.index(own[-1]) > sections.index(holding[-1]):
+            holding = own
+    for found in (holding, own):
+        if found:
+            return found[-1].path
+    return new_path(document, node)
+
+
 def entries_of(document: Document, node: str) -> dict[str, ParameterEntry]:
     """The parameters that a file sets for a node."""
     entries: dict[str, ParameterEntry] = {}

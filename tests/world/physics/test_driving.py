@@ -1,6 +1,5 @@
 """The physical world: driving, determinism and bookkeeping."""
 
-import contextlib
 import dataclasses
 import math
 import os
@@ -213,17 +212,19 @@ def test_nothing_is_written_to_standard_output(lab, robot, params, capfd):
 
 def test_threads_that_make_worlds_leave_the_streams_where_they_were():
     before = [os.readlink(f"/proc/self/fd/{stream}") for stream in (1, 2)]
-    both_inside = threading.Barrier(2, timeout=0.2)
+    is_inside, is_over = threading.Event(), threading.Event()
 
     def silence():
-        with quiet(), contextlib.suppress(threading.BrokenBarrierError):
-            both_inside.wait()
+        with quiet():
+            is_inside.set()
+            is_over.wait(10.0)
 
-    threads = [threading.Thread(target=silence) for _ in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    other = threading.Thread(target=silence)
+    with quiet():
+        other.start()
+        is_inside.wait(0.3)  # without a lock it would be, and leave last
+    is_over.set()
+    other.join()
     assert [os.readlink(f"/proc/self/fd/{stream}") for stream in (1, 2)] == before
 
 
