@@ -160,7 +160,8 @@ def localizer_on(scene: Scene, world: World, stack: Stack, nav2: Nav2File) -> Lo
 def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray | None]:
     """What planner and controller take for the static map.
 
-    And the mask of where not to go that the world has for it.
+    And the mask of where not to go that the world has for it; None where it has none. Then the
+    file's ``allow_unknown`` and ``track_unknown_space`` say whether unknown cells are closed.
 
     Raises:
         MapError: the stack names a file that is no map.
@@ -172,7 +173,10 @@ def planning_map(scene: Scene, stack: Stack) -> tuple[OccupancyGrid, BoolArray |
     if stack.planning_map == NO_MAP:
         empty = np.full_like(scene.geometry.data, FREE)
         return dataclasses.replace(scene.geometry, data=empty), None
-    return scene.geometry, scene.walkable.data != FREE
+    keepout = None
+    if scene.is_ground_given:
+        keepout = scene.walkable.data != FREE
+    return scene.geometry, keepout
 
 
 def _localization_map(scene: Scene, stack: Stack) -> OccupancyGrid:

@@ -11,11 +11,11 @@ from harness.episode.files import rules_of
 from harness.episode.places import legs_of, way_there
 from harness.policy.brain import PolicyBrain
 from harness.policy.interface import PolicyError
-from harness.storage.shipped import is_district, is_file, shipped
+from harness.storage.shipped import is_district, shipped
 from harness.storage.texts import quoted
 from harness.study.compile_ahead import compile_ahead
 from harness.task.mission import CLEARANCE
-from harness.task.stack import ROS2, Stack
+from harness.task.stack import GEOMETRY, MESH, NO_MAP, ROS2, Stack
 from harness.task.study import RECORDS, Study
 from harness.world.map.scene import Scene
 from harness.world.people.params import AREA_PER_PERSON
@@ -34,6 +34,12 @@ from navstack.params.nav2_file.views import read_costmap
 from navstack.params.strict import load_dataclass
 
 CROWDED = 5.0  # times that density from which it is told
+# why a planning map brings no mask
+_WITHOUT_MASK = {
+    GEOMETRY: "the map has no _walkable map beside it",
+    MESH: "the mesh is walkable ground",
+    NO_MAP: "there is no map",
+}
 MOST_MISSPELT = 3  # names told in a note; lint tells all
 # [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
 BODY_TOLERANCE = 0.05
@@ -60,7 +66,7 @@ def check(study: Study) -> list[str]:
         if stack.is_nav2:
             nav2 = parts.nav2
             notes += notes_on_file(nav2, stack.name)
-            notes += filter_notes(nav2, stack)
+            notes += filter_notes(nav2, stack, parts.scene)
             if not stack.body:
                 notes += footprint_notes(nav2, parts.robot, stack.name)
     return notes
@@ -193,13 +199,14 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
     ]
 
 
-def filter_notes(nav2: Nav2File, stack: Stack) -> list[str]:
+def filter_notes(nav2: Nav2File, stack: Stack, scene: Scene) -> list[str]:
     """Notes where filters have no mask: a file's own is not there, or nobody has one."""
     notes = [f"{stack.name}: {notice}" for notice in masks_missing(nav2)]
     names = keepout_filters_without_mask(nav2.parameters, nav2.path.parent)
-    if stack.planning_map == "geometry" or not names:
+    has_mask = stack.planning_map == GEOMETRY and scene.is_ground_given
+    if has_mask or not names:
         return notes
-    why = "a map file brings none" if is_file(stack.planning_map) else "the mesh is walkable ground"
+    why = _WITHOUT_MASK.get(stack.planning_map, "a map file brings none")
     notes.append(f"{stack.name}: without a mask, hence without effect: {', '.join(names)} ({why})")
     return notes
 

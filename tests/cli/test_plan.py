@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+import yaml
 
 from harness.plan import question as planning
 from harness.plan.path_check import REACH, Obstacles, placements_along
@@ -53,6 +54,36 @@ def plan(*arguments: str) -> int:
 def document(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
     assert plan(*arguments, "--json") == 0
     return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("has_ground", [False, True])
+@pytest.mark.parametrize("allows", [True, False])
+def test_the_file_says_whether_a_plan_crosses_unknown_cells(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, allows: bool, has_ground: bool
+) -> None:
+    """As in Nav2; but where the map's walkable ground was given, that holds."""
+    pixels = np.full((HEIGHT, WIDTH), 254, dtype=np.uint8)
+    pixels[:, 136:144] = 0
+    pixels[120:180, 136:144] = 150  # neither free nor occupied
+    image = f"P5 {WIDTH} {HEIGHT} 255\n".encode()
+    (tmp_path / "map.pgm").write_bytes(image + pixels.tobytes())
+    (tmp_path / "map.yaml").write_text(MAP, encoding="utf-8")
+    if has_ground:
+        closed = np.where(pixels == 254, np.uint8(254), np.uint8(0))
+        (tmp_path / "map_walkable.pgm").write_bytes(image + closed.tobytes())
+        ground = MAP.replace("map.pgm", "map_walkable.pgm")
+        (tmp_path / "map_walkable.yaml").write_text(ground, encoding="utf-8")
+    parameters = yaml.safe_load(TUNED.read_text(encoding="utf-8"))
+    costmap = parameters["global_costmap"]["global_costmap"]["ros__parameters"]
+    costmap["track_unknown_space"] = True
+    planner = parameters["planner_server"]["ros__parameters"]["GridBased"]
+    planner["allow_unknown"] = allows
+    file = tmp_path / "mine.yaml"
+    file.write_text(yaml.safe_dump(parameters), encoding="utf-8")
+    given = ("--map", str(tmp_path / "map.yaml"), "--start", START, "--goal", GOAL)
+    crosses = plan(*given, "--params", str(file), "--planner", "NavFn") == 0
+    assert ("no path" in capsys.readouterr().out) != crosses
+    assert crosses == (allows and not has_ground)
 
 
 def test_every_planner_answers_with_a_path_that_touches_nothing(

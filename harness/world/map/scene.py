@@ -41,6 +41,8 @@ class Scene:
     walkable: OccupancyGrid
     drawn_mesh: OccupancyGrid | None = None  # the navigation mesh where one was drawn; same shape
     credit: str = ""  # whose data it is made of, as their licence asks to say
+    # whether somebody said where wheels may be; else it is where the geometry is free
+    is_ground_given: bool = True
 
     @property
     def mapped_geometry(self) -> OccupancyGrid:

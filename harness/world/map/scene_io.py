@@ -88,7 +88,8 @@ def load_scene(name_or_path: str | Path, with_mesh: bool = True) -> Scene:
     """
     path = _resolve(str(name_or_path))
     geometry = align(_load_grid(path))
-    walkable = _load_companion(path, _WALKABLE, geometry) or _free_part(geometry)
+    given_ground = _load_companion(path, _WALKABLE, geometry)
+    walkable = given_ground or _free_part(geometry)
     mesh = None
     if with_mesh:
         mesh = _load_companion(path, _MESH, geometry)
@@ -98,7 +99,16 @@ def load_scene(name_or_path: str | Path, with_mesh: bool = True) -> Scene:
         obstacles, zones, credit = load_objects(objects_path)
     else:
         obstacles, zones = extrude(geometry, geometry.data >= SOLID_FROM), ()
-    return Scene(path.stem, obstacles, zones, geometry, walkable, mesh, credit)
+    return Scene(
+        path.stem,
+        obstacles,
+        zones,
+        geometry,
+        walkable,
+        mesh,
+        credit,
+        is_ground_given=given_ground is not None,
+    )
 
 
 def map_files(name_or_path: str | Path) -> list[Path]:
