@@ -6,6 +6,7 @@ from pathlib import Path
 
 from harness.storage.files import locked, writing
 from harness.storage.shipped import is_district, is_file
+from harness.world.map.scene_io import walkable_beside
 from navbench.api.progress import say
 from navstack.costmap.field_cache import cache_folder
 from navstack.costmap.map_image import MAX_PIXELS, MAX_WHOLE, image_size
@@ -23,8 +24,11 @@ def drivable(map_name: str) -> str:
     path = Path(map_name)
     if not is_file(map_name) or not path.is_file() or not _is_too_large(path):
         return map_name
-    image = load_metadata(path).image
-    key = hashlib.sha256(path.read_bytes() + image.read_bytes()).hexdigest()[:16]
+    files = [path, load_metadata(path).image]
+    ground = walkable_beside(path)
+    if ground is not None:
+        files += [ground, load_metadata(ground).image]
+    key = hashlib.sha256(b"".join(each.read_bytes() for each in files)).hexdigest()[:16]
     district = cache_folder() / "districts" / key / path.stem
     if not is_district(str(district)):
         _cut(path, district)

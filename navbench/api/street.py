@@ -24,7 +24,7 @@ from harness.storage.shipped import ROUTE_GRAPH, district_files, is_district
 from harness.storage.tables import read_rows
 from harness.street.district import District, build_district
 from harness.street.graph_file import load_graph, save_graph
-from harness.street.large_map import cut
+from harness.street.large_map import cut, left_behind
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.places import with_places
 from harness.street.route_graph import RouteGraph, build_graph
@@ -123,6 +123,8 @@ def cut_map(file: Path, name: str | None = None, out: Path = Path()) -> Row:
     _require_new(out, name)
     with arriving_together(out, name) as made:
         district = cut(file, made, name)
+        for each in left_behind(file):
+            say(f"note: {each} has no part in the tiles")
         graph = district.graph()
         save_graph(graph, made / f"{name}{ROUTE_GRAPH}")
     return {

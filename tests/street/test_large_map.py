@@ -15,7 +15,7 @@ from harness.world.map.tiles import load_part
 from navbench.api.large_maps import drivable
 from navbench.cli.app import main
 from navstack.costmap.map_io import load_map
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from navstack.errors import InputError, MapError
 
 RESOLUTION = 0.1  # [m]
@@ -77,6 +77,56 @@ def test_tiles_together_are_the_map(
     assert ((part.walkable.data == FREE) == (expected == 254)).all()
     yard = part.navigation_mesh.data[225:245, 105:125]
     assert (yard == OCCUPIED).all(), "the mesh is what hangs together with the place"
+
+
+def write_ground(file: Path, closed: np.ndarray) -> None:
+    """Write the walkable ground beside a map: free where ``closed`` (H, W) is not set."""
+    Image.fromarray(np.where(closed, 0, 254).astype(np.uint8)).save(
+        file.parent / "town_walkable.png"
+    )
+    text = file.read_text(encoding="utf-8").replace("town.png", "town_walkable.png")
+    (file.parent / "town_walkable.yaml").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("has_ground", [False, True])
+def test_tiles_are_walkable_where_the_map_is(
+    write: Callable[..., Path], has_ground: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write()
+    closed = town() != 254
+    closed[:, 318:322] = True  # beside the free street
+    if has_ground:
+        write_ground(file, closed)
+    (file.parent / "town.geojson").write_text("{}", encoding="utf-8")
+    assert tiles(file) == 0
+    assert "town.geojson has no part in the tiles" in capsys.readouterr().err
+    part = load_part(file.parent / "tiles", "town", Rect(-12.0, 5.0, 50.0, 50.0), (0.0, 7.0))
+    expected = closed if has_ground else town() != 254
+    assert ((part.walkable.data != FREE) == expected[::-1]).all()
+    assert ((part.geometry.data == FREE) == (town()[::-1] == 254)).all()
+    assert part.is_ground_given is has_ground
+    unknown = part.geometry.data == UNKNOWN
+    assert (unknown == (town()[::-1] == 205)).all()
+
+
+def test_a_map_is_cut_anew_when_its_walkable_ground_is_another(
+    write: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NAVSTACK_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("navbench.api.large_maps.MAX_PIXELS", 200 * 200)
+    file = write()
+    without = drivable(str(file))
+    write_ground(file, town() != 254)
+    assert drivable(str(file)) != without
+
+
+def test_a_walkable_ground_of_another_size_is_refused(
+    write: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write()
+    write_ground(file, town()[:-1] != 254)
+    assert tiles(file) == 1
+    assert "its size, resolution or origin differs from town.yaml's" in capsys.readouterr().err
 
 
 def test_missions_lead_along_the_streets(write: Callable[..., Path]) -> None:

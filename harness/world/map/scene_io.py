@@ -124,6 +124,17 @@ def map_files(name_or_path: str | Path) -> list[Path]:
     return [*maps, *(load_metadata(each).image for each in maps), path.with_suffix(".geojson")]
 
 
+def walkable_beside(path: Path) -> Path | None:
+    """The map of the walkable ground beside a map_server YAML file; None: there is none."""
+    companion = _beside(path, _WALKABLE)
+    return companion if companion.exists() else None
+
+
+def mesh_beside(path: Path) -> Path:
+    """The map of the navigation mesh beside a map_server YAML file, if there is one."""
+    return _beside(path, _MESH)
+
+
 def save_scene(scene: Scene, folder: Path, name: str) -> None:
     """Write a scene's files into a folder.
 
@@ -173,11 +184,16 @@ def _load_companion(path: Path, suffix: str, geometry: OccupancyGrid) -> Occupan
         geometry.resolution,
         geometry.origin,
     ):
-        raise MapError(
-            f"map {companion}: its size, resolution or origin differs from {path.name}'s; all "
-            "must be equal"
-        )
+        raise other_cells(companion, path)
     return grid
+
+
+def other_cells(companion: Path, path: Path) -> MapError:
+    """What is said where a map beside another one has other cells."""
+    return MapError(
+        f"map {companion}: its size, resolution or origin differs from {path.name}'s; all must be "
+        "equal"
+    )
 
 
 def _beside(path: Path, suffix: str) -> Path:

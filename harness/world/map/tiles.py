@@ -16,7 +16,7 @@ from harness.world.map.shapes import Rect
 from harness.world.map.sidewalk import largest_part, without_slivers
 from navstack.costmap.map_image import MAX_PIXELS, image_size
 from navstack.costmap.map_io import load_metadata
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, Pose2D
 
@@ -49,6 +49,7 @@ class _Tile:
     geometry: _PackedGrid
     walkable: _PackedGrid
     credit: str
+    is_ground_given: bool
 
 
 def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) -> Scene:
@@ -77,7 +78,9 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
         raise MapError(
             f"{folder}: a part of {width} x {height} cells is needed at once; at most {MAX_PIXELS}"
         )
-    solid = np.full((height, width), FREE, dtype=np.int8)
+    is_ground_given = near[0].is_ground_given
+    beyond = FREE if is_ground_given else UNKNOWN  # where no tile is
+    solid = np.full((height, width), beyond, dtype=np.int8)
     closed = np.full((height, width), OCCUPIED, dtype=np.int8)
     for tile in near:
         _paste(solid, tile.geometry.unpack(), column, row)
@@ -103,6 +106,7 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
         OccupancyGrid(closed, r, corner),
         OccupancyGrid(np.where(mesh, np.int8(FREE), np.int8(OCCUPIED)), r, corner),
         near[0].credit,
+        is_ground_given,
     )
 
 
@@ -116,6 +120,7 @@ def _tile(path: Path) -> _Tile:
         _PackedGrid(scene.geometry),
         _PackedGrid(scene.walkable),
         scene.credit,
+        scene.is_ground_given,
     )
 
 
