@@ -12,7 +12,8 @@ from navstack.control.decision import Alternative, DecisionRecord, Option
 from navstack.control.expected_cost import decision_report
 from navstack.control.expected_cost.clearance import Clearance, map_clearance, with_obstacles
 from navstack.control.expected_cost.decision_report import Cycle
-from navstack.control.expected_cost.field import CostToGo, CostToGoField, cost_at, make_field
+from navstack.control.expected_cost.field import CostToGo
+from navstack.control.expected_cost.goal_field import GoalField
 from navstack.control.expected_cost.making_way import MakingWay
 from navstack.control.expected_cost.motion_cost import (
     TERMS,
@@ -24,19 +25,15 @@ from navstack.control.expected_cost.motion_search import MotionSearch
 from navstack.control.expected_cost.motions import later
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.control.expected_cost.rollout import MotionLimits
-from navstack.control.plan_handling import require_poses
 from navstack.costmap.costmap import Costmap
 from navstack.geometry import cover
 from navstack.jit import tuple_of
 from navstack.params.expected_cost import DeliveryPrices, ExpectedCostParams
-from navstack.types import FloatArray, Path, Pose2D, RobotState, Track, Twist2D
+from navstack.types import FloatArray, Path, RobotState, Track, Twist2D
 
 _CIRCLES = 4  # that cover the robot
-_GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
 _STALE = 0.5  # [s] after which what was chosen last is of no use
 _OFF = (0.3, 0.4)  # [m/s], [rad/s] between command and odometry from which on odometry is believed
-_SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
-_PATIENCE = 5.0  # [s] between two fields on account of a longer plan
 _GOT_ON = 1.0  # [m] by which the cost to go must fall to count as progress
 _ROUNDING = 1e-9  # [s]
 _ROOT_TWO_PI = math.sqrt(2.0 * math.pi)
@@ -77,8 +74,7 @@ class ExpectedCostController(Controller):
             params = dataclasses.replace(params, **dataclasses.asdict(prices))
         self._params = given = params
         self._period = 1.0 / controller_frequency  # [s]
-        self._world = world
-        self._cost_to_go = cost_to_go
+        self._goal_field = GoalField(given, world, cost_to_go)
         self._map_clearance = map_clearance(world)
         self.acts_at_rest = given.evades_at_rest
         self._body = body_of(footprint)
@@ -101,10 +97,7 @@ class ExpectedCostController(Controller):
         # least cost to go so far [m], and when it was reached [s]
         self._nearest = math.inf
         self._got_on = 0.0
-        self._field: CostToGoField | None = None
-        self._goal = Pose2D()
-        self._field_stamp = -math.inf  # [s] when the field was made
-        self._detour_since: float | None = None  # [s] since when the plan is much longer
+        self._goal_field.reset()
         self._making_way.reset()
         self._clearance: Clearance | None = None
         self._seen = -math.inf  # [s] when the local costmap was looked at
@@ -137,7 +130,9 @@ class ExpectedCostController(Controller):
             InvalidPathError: the plan is empty.
         """
         if plan is not self._plan:
-            self._take(plan, state)
+            if self._goal_field.take(plan, state):
+                self._nearest = math.inf
+            self._plan = plan
         scene = self._scene(state, surroundings)
         last = None
         elapsed = state.stamp - self._stamp
@@ -155,53 +150,6 @@ class ExpectedCostController(Controller):
         self._cycle = Cycle(state.stamp, scene, motions, chosen, command)
         return command
 
-    def _take(self, plan: Path, state: RobotState) -> None:
-        """Begin with a new plan: make the field of its goal, or of a world that has changed."""
-        require_poses(plan)
-        self._plan = plan
-        goal = Pose2D(*plan.poses[-1].tolist())
-        is_new = (
-            self._field is None
-            or math.hypot(goal.x - self._goal.x, goal.y - self._goal.y) > _GOAL_MOVED
-        )
-        corridor = self._params.corridor
-        if is_new or corridor > 0.0 or self._is_out_of_date(plan, state):
-            world = self._world
-            shown = world.data
-            if is_new and world.floor is not None:
-                shown = world.floor
-            known = Costmap(shown, world.resolution, world.origin_x, world.origin_y)
-            self._field = make_field(
-                known, goal, self._params.cell, self._cost_to_go, corridor, plan
-            )
-            self._goal = goal
-            self._field_stamp = state.stamp
-            self._detour_since = None
-            if is_new or corridor == 0.0:
-                self._nearest = math.inf
-
-    def _is_out_of_date(self, plan: Path, state: RobotState) -> bool:
-        """Whether the plan is much longer than the field's way, which then seems blocked.
-
-        The blockage may end. With a ``detour_patience`` of 1 the robot waits as long as the detour
-        would delay it, and loses at most twice as much as by the better choice (rent or buy, Karlin
-        et al. 1988, Algorithmica 3). With any patience a much shorter plan renews the field, too.
-        """
-        assert self._field is not None
-        if state.stamp - self._field_stamp < _PATIENCE:
-            return False
-        given = self._params
-        ratio = given.replan_length_ratio
-        # [m] costly cells count as longer, so it is at least the way's length
-        ahead = cost_at(self._field, state.pose.x, state.pose.y)
-        if plan.length <= ratio * ahead + _SLACK:
-            self._detour_since = None
-            return given.detour_patience > 0.0 and ahead > ratio * plan.length + _SLACK
-        if self._detour_since is None:
-            self._detour_since = state.stamp
-        longer = (plan.length - ahead) / given.max_speed  # [s] that the detour takes
-        return state.stamp - self._detour_since >= given.detour_patience * longer
-
     def _scene(self, state: RobotState, surroundings: Surroundings) -> MotionScene:
         given = self._params
         pose = state.pose
@@ -218,7 +166,7 @@ class ExpectedCostController(Controller):
                 self._map_clearance, surroundings.costmap, (pose.x, pose.y), around, margin
             )
             self._seen = state.stamp
-        assert self._field is not None
+        self._goal_field.look(tracks, state, self._clearance)
         predicted = predict(
             rows[near],
             self._yielding(tracks, state)[near],
@@ -231,7 +179,7 @@ class ExpectedCostController(Controller):
         )
         return MotionScene(
             start=self._start(state),
-            field=self._field,
+            field=self._goal_field.followed,
             clearance=self._clearance,
             people=predicted,
             body=self._body,
@@ -282,8 +230,7 @@ class ExpectedCostController(Controller):
         given = self._params
         if self._began is None:
             self._began = self._got_on = state.stamp
-        assert self._field is not None
-        left = cost_at(self._field, state.pose.x, state.pose.y)
+        left = self._goal_field.way_left(state.pose)
         if left < self._nearest - _GOT_ON:
             self._nearest = left
             self._got_on = state.stamp

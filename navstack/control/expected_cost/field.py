@@ -13,7 +13,6 @@ from navstack.types import FloatArray, FloatMatrix, IntArray, Path, Pose2D
 
 # of each cell (height, width) [m]; infinite: no way leads there
 CostToGo = Callable[[Costmap, Pose2D], FloatArray]
-NO_PLAN = Path(np.empty((0, 3)))
 _UPHILL = 4.0  # metres of cost per metre into what no way leads through
 _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
 
@@ -29,38 +28,29 @@ class CostToGoField(NamedTuple):
     cell: float  # [m]
 
 
-def make_field(
-    costmap: Costmap,
-    goal: Pose2D,
-    cell: float,
-    cost_to_go: CostToGo,
-    corridor: float = 0.0,
-    plan: Path = NO_PLAN,
-) -> CostToGoField:
-    """The field of a goal on every n-th cell of a costmap, about ``cell`` [m] apart.
-
-    Where no way leads, the field rises steeply from the nearest place with one. With a ``corridor``
-    ways lead only within so many metres of a plan, along x and along y.
-    """
+def ways_of(costmap: Costmap, cell: float) -> Costmap:
+    """Every n-th cell of a costmap, about ``cell`` [m] apart."""
     every = max(1, round(cell / costmap.resolution))
     first = every // 2
     costs = np.ascontiguousarray(costmap.data[first::every, first::every])
     size = every * costmap.resolution
-    coarse = Costmap(costs, size, costmap.origin_x, costmap.origin_y)
-    if corridor > 0.0:
-        coarse = _within(coarse, plan, corridor)
-    metres = cost_to_go(coarse, goal)
+    return Costmap(costs, size, costmap.origin_x, costmap.origin_y)
+
+
+def make_field(ways: Costmap, goal: Pose2D, cost_to_go: CostToGo) -> CostToGoField:
+    """The field of a goal; where no way leads, it rises steeply from the nearest place with one."""
+    metres = cost_to_go(ways, goal)
     unreached = np.isinf(metres)
     if unreached.all():
         metres = np.zeros_like(metres)
     elif unreached.any():
         nearest, away = _nearest_outside(unreached.tobytes(), unreached.shape)
-        metres[unreached] = metres.reshape(-1)[nearest] + away * (size * _UPHILL)
+        metres[unreached] = metres.reshape(-1)[nearest] + away * (ways.resolution * _UPHILL)
     down_y, down_x = (
         ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED)
         for each in np.gradient(metres)
     )
-    return CostToGoField(metres, down_x, down_y, costmap.origin_x, costmap.origin_y, size)
+    return CostToGoField(metres, down_x, down_y, ways.origin_x, ways.origin_y, ways.resolution)
 
 
 @lru_cache(maxsize=2)  # the same of all goals of a map that lie in one of its parts
@@ -79,7 +69,7 @@ def _nearest_outside(mask: bytes, shape: tuple[int, int]) -> tuple[IntArray, Flo
     return rows[inside] * shape[1] + columns[inside], away[inside]
 
 
-def _within(costmap: Costmap, plan: Path, width: float) -> Costmap:
+def within(costmap: Costmap, plan: Path, width: float) -> Costmap:
     """A costmap that is free within ``width`` [m] of a plan only."""
     size = costmap.resolution
     reach = round(width / costmap.resolution)

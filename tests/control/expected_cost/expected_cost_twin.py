@@ -6,7 +6,7 @@ import numpy as np
 
 from navstack.control.contact_risk import ContactRates, body_of, nearest
 from navstack.control.expected_cost.clearance import map_clearance, with_obstacles
-from navstack.control.expected_cost.field import make_field
+from navstack.control.expected_cost.field import make_field, ways_of
 from navstack.control.expected_cost.motion_cost import MotionScene, Rates
 from navstack.control.expected_cost.people import Spread, predict
 from navstack.control.expected_cost.rollout import MotionLimits
@@ -257,7 +257,7 @@ def scene_of(rng, count):
                 rng.uniform(-1.0, 1.0),
             )
         ),
-        make_field(world, GOAL, 0.2, cost_to_go),
+        make_field(ways_of(world, 0.2), GOAL, cost_to_go),
         clearance,
         predict(
             people,

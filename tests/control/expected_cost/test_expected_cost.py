@@ -29,7 +29,7 @@ from navstack.control.expected_cost.clearance import (
     with_obstacles,
 )
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
-from navstack.control.expected_cost.field import cost_at, make_field
+from navstack.control.expected_cost.field import cost_at, make_field, ways_of, within
 from navstack.control.expected_cost.motion_cost import TERMS, overlap_chance, price_all, price_one
 from navstack.control.expected_cost.people import turn
 from navstack.costmap.costmap import Costmap
@@ -215,7 +215,7 @@ def test_off_the_map_is_no_way_to_go():
         make(), state(y=4.0), [(15.0 + 0.9 * k, 9.0, 0.0, -1.0) for k in range(-8, 9)], 12.0
     )
     assert poses[:, 1].min() > 0.0
-    field = make_field(street(), GOAL, 0.2, cost_to_go)
+    field = make_field(ways_of(street(), 0.2), GOAL, cost_to_go)
     assert cost_at(field, 15.0, -5.0) == cost_at(field, 15.0, 0.0)
     clearance = map_clearance(street())
     assert (
@@ -224,7 +224,7 @@ def test_off_the_map_is_no_way_to_go():
 
 
 def test_the_field_is_the_way_to_the_goal_in_metres():
-    field = make_field(street(), GOAL, 0.2, cost_to_go)
+    field = make_field(ways_of(street(), 0.2), GOAL, cost_to_go)
     assert cost_at(field, 15.0, 8.0) == approx(20.0, rel=0.03)
     # NavFn measures diagonals long
     assert cost_at(field, 12.0, 24.0) == approx(5.0, rel=0.08)
@@ -233,11 +233,11 @@ def test_the_field_is_the_way_to_the_goal_in_metres():
     closed = street()
     closed.data[400:420] = 254
     assert np.isinf(cost_to_go(closed, GOAL)[100, 300])
-    assert np.isfinite(make_field(closed, GOAL, 0.2, cost_to_go).cost).all()
+    assert np.isfinite(make_field(ways_of(closed, 0.2), GOAL, cost_to_go).cost).all()
     # one after another, as by itself: what no way leads through is another part of each map
-    in_turn = [make_field(each, GOAL, 0.2, cost_to_go).cost for each in (street(), closed)]
+    in_turn = [make_field(ways_of(each, 0.2), GOAL, cost_to_go).cost for each in (street(), closed)]
     field_module._nearest_outside.cache_clear()
-    assert_array_equal(in_turn[1], make_field(closed, GOAL, 0.2, cost_to_go).cost)
+    assert_array_equal(in_turn[1], make_field(ways_of(closed, 0.2), GOAL, cost_to_go).cost)
     assert_array_equal(in_turn[0], field.cost)
 
 
@@ -246,7 +246,7 @@ def test_in_a_corridor_ways_lead_along_the_plan_only():
         np.array([(15.0, 8.0, 0.0), (12.0, 8.0, 0.0), (12.0, 28.0, 0.0), (GOAL.x, GOAL.y, 0.0)])
     )
     plan = Path(np.vstack([np.linspace(a, b, 100) for a, b in itertools.pairwise(plan.poses)]))
-    field = make_field(street(), GOAL, 0.2, cost_to_go, 0.6, plan)
+    field = make_field(within(ways_of(street(), 0.2), plan, 0.6), GOAL, cost_to_go)
     assert cost_at(field, 15.0, 8.0) > 23.0  # around, where straight on it is 20 m
     assert cost_at(field, 12.0, 18.0) == approx(13.0, rel=0.08)
     # off it: steeply uphill
@@ -412,7 +412,7 @@ def test_the_deadline_makes_seconds_dear():
     """Twenty metres take ten seconds: with as much time left, being late is as likely as not."""
     controller = make(dataclasses.replace(PARAMS, time_limit=10.0 + 10.0))
     ask(controller, state(y=8.0))
-    way = cost_at(controller._field, 15.0, 8.0) / 2.0
+    way = controller._goal_field.way_left(state(y=8.0).pose) / 2.0
     for stamp in (0.0, 5.0, 15.0):
         z = max(20.0 - stamp - way, 0.0) / 20.0
         expected = 0.25 * (1.0 + stamp / 20.0) + 6.98 * math.exp(-0.5 * z * z) / (
@@ -505,13 +505,13 @@ def test_a_longer_plan_has_the_field_made_anew():
     world = street()
     controller = make(world=world)
     ask(controller, state(), world=world)
-    before = cost_at(controller._field, 15.0, 10.0)
+    before = controller._goal_field.way_left(state().pose)
     world.data[360:380, 150:440] = 254
     places = ((15.0, 10.0), (22.2, 18.5), (15.0, 28.0), (22.0, 28.0), (15.0, 28.0))
     detour = np.column_stack((places, np.zeros(5)))
     for stamp, is_anew in ((1.0, False), (6.0, True)):
         controller.compute_velocity(state(stamp=stamp), Path(detour.copy()), Surroundings(world))
-        assert (cost_at(controller._field, 15.0, 10.0) > before + 1.0) == is_anew
+        assert (controller._goal_field.way_left(state().pose) > before + 1.0) == is_anew
 
 
 @pytest.mark.parametrize(

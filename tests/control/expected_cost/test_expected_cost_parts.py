@@ -13,7 +13,7 @@ from navstack.control.expected_cost import motions as library
 from navstack.control.expected_cost.clearance import Clearance, _around, clearance_at
 from navstack.control.expected_cost.decision_report import Cycle, alternatives, name_of, options
 from navstack.control.expected_cost.expected_cost_controller import ExpectedCostController
-from navstack.control.expected_cost.field import _within
+from navstack.control.expected_cost.field import within
 from navstack.control.expected_cost.motion_cost import TERMS, price_one
 from navstack.control.expected_cost.people import corner_ahead
 from navstack.control.expected_cost.rollout import turned, wrapped
@@ -93,7 +93,7 @@ def test_a_corridor_ends_with_the_map():
     costs = np.arange(30, dtype=np.uint8).reshape(5, 6)
     # in the first cell, and in row 3 of column 4
     plan = Path(np.array(((1.5, 2.5, 0.0), (5.2, 5.9, 0.0))))
-    walled = _within(Costmap(costs, 1.0, 1.0, 2.0), plan, 1.0).data
+    walled = within(Costmap(costs, 1.0, 1.0, 2.0), plan, 1.0).data
     expected = np.full_like(costs, 254)
     expected[:2, :2] = costs[:2, :2]
     expected[2:, 3:] = costs[2:, 3:]
@@ -145,7 +145,7 @@ def test_swerves_come_back_for_half_as_long():
     assert not back[:, [library.KIND, library.KIND_2]].any()
 
 
-def test_variations_are_normal_and_within_the_speeds():
+def test_variations_are_normal_andwithin_the_speeds():
     motions = np.array(
         (
             (0.0, 1.9, 0.1, 0.1, 0.0, -0.4, 0.0, 9.0, 2.0),

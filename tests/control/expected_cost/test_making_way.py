@@ -265,9 +265,9 @@ def fields_made(*plans):
         if length > 18.0:
             world.data[360:380, 150:440] = 254
             world.data[420:440, 160:450] = 254
-        before = controller._field
+        before = controller._goal_field.followed
         controller.compute_velocity(standing(stamp), plan_of(length), Surroundings(world))
-        if controller._field is not before:
+        if controller._goal_field.followed is not before:
             remade.append(stamp)
     return remade
 

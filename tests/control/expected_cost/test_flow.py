@@ -1,0 +1,209 @@
+"""How people lengthen ways, by numbers that can be worked out by hand."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pytest import approx
+
+from navstack.control.contact_risk import rows_of
+from navstack.control.expected_cost import flow as flow_module
+from navstack.control.expected_cost.clearance import map_clearance
+from navstack.control.expected_cost.field import cost_at, make_field, ways_of
+from navstack.control.expected_cost.flow import (
+    PeopleFlow,
+    cell_of,
+    count_people,
+    mark_seen,
+    mean_rate,
+    meeting_rate,
+)
+from navstack.control.expected_cost.goal_field import GoalField
+from navstack.costmap.costmap import Costmap
+from navstack.planning.cost_to_go import cost_to_go
+from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
+
+from .expected_cost_twin import PARAMS
+
+GOAL = Pose2D(20.0, 36.0, 0.0)
+START = Pose2D(20.0, 4.0, 0.0)
+CROWDED = dataclasses.replace(PARAMS, flow_weight=25.0, flow_memory=60.0)
+
+
+def two_streets() -> Costmap:
+    """A block of 12 m x 20 m in the middle of 40 m x 40 m; the way round is the same each side."""
+    costs = np.zeros((800, 800), dtype=np.uint8)
+    costs[:40] = costs[-40:] = 254
+    costs[:, :40] = costs[:, -40:] = 254
+    costs[200:600, 280:520] = 254
+    return Costmap(costs, 0.05, 0.0, 0.0, costs.copy())
+
+
+def person(x: float, y: float, vx: float = 0.0, vy: float = 0.0, stamp: float = 0.0) -> Track:
+    return Track(id=1, stamp=stamp, x=x, y=y, vx=vx, vy=vy, radius=0.3, covariance=0.01 * np.eye(4))
+
+
+def at(pose: Pose2D, stamp: float) -> RobotState:
+    return RobotState(pose, Twist2D(), stamp, pose)
+
+
+def plan() -> Path:
+    return Path(np.array(((20.0, 4.0, 0.0), (10.0, 20.0, 0.0), (GOAL.x, GOAL.y, 0.0))))
+
+
+@pytest.fixture(scope="module")
+def world() -> Costmap:
+    return two_streets()
+
+
+@pytest.fixture
+def flow(world: Costmap) -> PeopleFlow:
+    return PeopleFlow(ways_of(world, 0.2), 60.0, 12.0, 2.0)
+
+
+def test_who_comes_towards_the_robot_is_met_faster_than_who_walks_along(world: Costmap) -> None:
+    """On the lower street the way leads up, so that 1 m/s is half of the robot's speed."""
+    field = make_field(ways_of(world, 0.2), Pose2D(10.0, 36.0, 0.0), cost_to_go)
+    for velocity, expected in (((0.0, 2.0), 0.0), ((0.0, 0.0), 1.0), ((0.0, -1.0), 1.5)):
+        assert meeting_rate(field, 10.0, 15.0, *velocity, 2.0) == approx(expected, abs=0.02)
+    assert meeting_rate(field, 10.0, 15.0, 1.0, 0.0, 2.0) == approx(math.hypot(1.0, 0.5), abs=0.02)
+    flat = field._replace(slope_x=0.0 * field.slope_x, slope_y=0.0 * field.slope_y)
+    assert meeting_rate(flat, 10.0, 15.0, 0.0, -1.0, 2.0) == 1.0
+
+
+def test_what_is_hidden_was_not_looked_at(world: Costmap, flow: PeopleFlow) -> None:
+    """From before the block's corner: nothing behind it, and nothing beyond 12 m."""
+    grid = flow._grid
+    mark_seen(grid, map_clearance(world), 12.0, 8.0, 12.0)
+    assert set(np.unique(grid.looks)) == {0.0, 1.0}
+    for (x, y), is_seen in {
+        (12.0, 8.0): True,
+        (12.0, 19.0): True,
+        (23.0, 8.5): True,
+        (12.0, 21.5): False,  # too far
+        (20.0, 15.0): False,  # in the block
+        (23.0, 12.0): False,  # behind its edge
+        (1.0, 8.0): False,  # in the wall
+    }.items():
+        assert (grid.looks[cell_of(grid, x, y)] == 1.0) == is_seen, (x, y)
+
+
+def test_people_are_counted_where_they_are_and_where_they_walk_to(
+    world: Costmap, flow: PeopleFlow
+) -> None:
+    """One walks up the left street, another into the block two metres before him."""
+    grid = flow._grid
+    field = make_field(ways_of(world, 0.2), GOAL, cost_to_go)
+    people = rows_of([person(8.4, 8.4, 0.0, 1.6), person(11.6, 20.4, 1.6, 0.0)], 0.0)
+    count_people(grid, map_clearance(world), field, people, 2.0)
+    now = {cell_of(grid, 8.4, 8.4), cell_of(grid, 11.6, 20.4)}
+    assert {tuple(each) for each in np.argwhere(grid.met > 0.0).tolist()} == now
+    later = {cell_of(grid, 8.4, 8.4 + 1.6 * s) for s in range(1, 6)} | {cell_of(grid, 13.2, 20.4)}
+    assert {tuple(each) for each in np.argwhere(grid.coming > 0.0).tolist()} == later
+
+
+def test_nobody_lengthens_nothing(world: Costmap, flow: PeopleFlow) -> None:
+    ways = ways_of(world, 0.2)
+    field = make_field(ways, GOAL, cost_to_go)
+    flow.look([], START, 0.0, map_clearance(world), field)
+    assert_array_equal(flow.lengthen(ways, 1000.0).data, ways.data)
+
+
+def test_a_person_who_stands_lengthens_ways_by_the_weight(world: Costmap, flow: PeopleFlow) -> None:
+    """Summed over the ground: the weight for who was there, and again for who will be.
+
+    A look is as good as five of the average, which after 295 of them is nearly what was seen.
+    """
+    ways = ways_of(world, 0.2)
+    field = make_field(ways, GOAL, cost_to_go)
+    there = [person(8.4, 8.4)]
+    for stamp in range(295):
+        flow.look(there, Pose2D(10.0, 8.0, 0.0), float(stamp), map_clearance(world), field)
+    looks = 1.0 / (1.0 - math.exp(-1.0 / 60.0))  # the rest has faded
+    weight = 4.0
+    dearer = (flow.lengthen(ways, weight).data.astype(float) - ways.data) / 62.5
+    near = (np.s_[20:64], np.s_[20:64])
+    was = looks / (looks + 5.0)
+    assert dearer[near].sum() * 0.04 == approx(weight * (was + 1.0), rel=0.1)
+    assert dearer[42, 42] == dearer.max() <= 252 / 62.5
+    assert_allclose(mean_rate(flow._grid) * (flow._grid.looks > 0.0).sum(), 1.0, rtol=1e-6)
+
+
+def test_what_was_seen_fades(world: Costmap, flow: PeopleFlow) -> None:
+    field = make_field(ways_of(world, 0.2), GOAL, cost_to_go)
+    clearance = map_clearance(world)
+    flow.look([person(8.4, 8.4)], Pose2D(10.0, 8.0, 0.0), 3.0, clearance, field)
+    cell = cell_of(flow._grid, 8.4, 8.4)
+    before = flow._grid.met[cell]
+    flow.look([], Pose2D(30.0, 30.0, 0.0), 33.0, clearance, field)
+    assert flow._grid.met[cell] == approx(before * math.exp(-0.5))
+    assert flow._grid.looks[cell] == approx(math.exp(-0.5))
+    assert not flow._grid.coming.any()
+
+
+@pytest.mark.parametrize("side", [10.0, 30.0])
+def test_the_robot_goes_round_the_crowd(world: Costmap, side: float) -> None:
+    """As the way on each side of the block is as long, the one without people is taken."""
+    field = GoalField(CROWDED, world, cost_to_go)
+    assert field.take(plan(), at(START, 0.0))
+    before = field.way_left(START)
+    crowd = [person(side + dx, 9.0 + dy, 0.0, -0.8) for dx in (-1.0, 0.0, 1.0) for dy in (0.0, 2.0)]
+    field.look(crowd, at(START, 0.0), map_clearance(world))
+    left, right = (cost_at(field.followed, x, 9.0) for x in (10.0, 30.0))
+    assert (left > right + 1.0) == (side == 10.0)
+    assert (right > left + 1.0) == (side == 30.0)
+    assert field.way_left(START) == before, "patience and deadline go by the ways alone"
+    assert field._flow is not None
+    field.reset()
+    assert field._flow is None
+
+
+def test_people_are_looked_at_once_a_second_and_at_once_after_a_new_goal(world: Costmap) -> None:
+    field = GoalField(CROWDED, world, cost_to_go)
+    clearance = map_clearance(world)
+    field.take(plan(), at(START, 0.0))
+    made = [field.followed]
+    for stamp in (0.0, 0.4, 0.99, 1.0, 1.5):
+        field.look([], at(START, stamp), clearance)
+        made.append(field.followed)
+    is_new = [later is not earlier for earlier, later in zip(made, made[1:], strict=False)]
+    assert is_new == [True, False, False, True, False]
+    assert field.take(Path(np.array(((20.0, 4.0, 0.0), (20.0, 8.0, 0.0)))), at(START, 1.6))
+    bare = field.followed
+    field.look([], at(START, 1.6), clearance)
+    assert field.followed is not bare
+
+
+def test_without_a_weight_nobody_is_looked_at(world: Costmap) -> None:
+    field = GoalField(PARAMS, world, cost_to_go)
+    field.take(plan(), at(START, 0.0))
+    bare = field.followed
+    field.look([person(10.0, 9.0)], at(START, 0.0), map_clearance(world))
+    assert field.followed is bare
+
+
+def test_a_map_that_moves_along_begins_anew() -> None:
+    """A rolling global costmap has other cells each time that the field is made."""
+    world = two_streets()
+    field = GoalField(CROWDED, world, cost_to_go)
+    field.take(plan(), at(START, 0.0))
+    field.look([person(10.0, 9.0)], at(START, 0.0), map_clearance(world))
+    before = field._flow
+    field.take(plan(), at(START, 1.0))
+    field.look([], at(START, 1.0), map_clearance(world))
+    assert field._flow is before
+    world.origin_x += 1.0
+    field.take(Path(np.array(((20.0, 4.0, 0.0), (20.0, 8.0, 0.0)))), at(START, 2.0))
+    field.look([], at(START, 2.0), map_clearance(world))
+    assert field._flow is not before
+
+
+def test_a_cost_of_one_twenty_five_makes_a_metre_count_as_three(world: Costmap) -> None:
+    """The scale of costs is that of NavFn's potential, of which the field is made."""
+    ways = ways_of(world, 0.2)
+    dear = Costmap(np.where(ways.data == 0, 125, ways.data).astype(np.uint8), 0.2, 0.0, 0.0)
+    cheap = cost_at(make_field(ways, GOAL, cost_to_go), 20.0, 33.0)
+    assert cost_at(make_field(dear, GOAL, cost_to_go), 20.0, 33.0) == approx(3.0 * cheap, rel=0.01)
+    assert flow_module._COSTS == 125.0 / 2.0
