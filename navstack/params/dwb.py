@@ -19,7 +19,8 @@ MOST_POSES = 2_000_000  # of all trajectories of a cycle; Nav2's defaults make a
 EPSILON = 1e-5
 
 # Where a file names no critics: critic -> ROS 1's parameter that gives its scale, and the scale
-# where that is absent (loadBackwardsCompatibleParameters in dwb_local_planner.cpp).
+# where that is absent (loadBackwardsCompatibleParameters in Foxy's dwb_local_planner.cpp; later
+# releases do not start without critics).
 FALLBACK_SCALES = {
     "PathAlign": ("path_distance_bias", 32.0),
     "PathDist": ("path_distance_bias", 32.0),

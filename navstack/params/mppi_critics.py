@@ -79,6 +79,7 @@ class GoalAngleParams(CriticParams):
 
     cost_weight: Weight = 3.0  # [1/rad]
     threshold_to_consider: Distance = 0.5  # [m] to the goal, within which it counts
+    symmetric_yaw_tolerance: bool = False  # the opposite yaw is as good
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,11 @@ def test_the_carrot_may_lie_on_a_circle_about_the_robot():
         aslant = np.array(((0.0, -1.0, 0.0), (0.6, -0.2, 0.0))) * (side, 1.0, 1.0)
         expected = approx((side * (0.6 + 0.6 * rest), -0.2 + 0.8 * rest))
         assert lookahead_point_on_circle(aslant, 2.0, True) == expected
+    # as Nav2, it lies ahead until the goal is half of the distance behind
+    for behind, side in ((0.28, 1.0), (0.32, -1.0)):
+        passed = np.array(((-0.5, -0.2, 0.0), (-behind, -0.2, 0.0)))
+        expected = approx((side * math.sqrt(0.6**2 - 0.2**2), -0.2))
+        assert lookahead_point_on_circle(passed, 0.6, True) == expected
     commands = [
         drive(
             make(lookahead_along_path=along, use_rotate_to_heading=False), straight(), 0.0, 0.3, 0.0

@@ -260,8 +260,11 @@ def test_parameters_of_spin_belong_to_its_server(inspect):
     }
 
 
-def test_dwb_without_critics_has_the_scales_that_nav2_gives_them(inspect):
+def test_dwb_without_critics_has_the_scales_that_foxy_gave_them(inspect):
     nav2 = inspect(DWB)
+    missing = told(nav2, "missing-value")["controller_server: FollowPath.critics"]
+    assert "does not start without it; list them, as in critics: [Rot" in str(missing)
+    assert str(missing).startswith("line 5: ") and not missing.is_error
     scales = {name: getattr(read_dwb(nav2), name).scale for name in read_dwb(nav2).critics}
     assert scales == {
         "RotateToGoal": 1.0,
@@ -287,5 +290,6 @@ def test_what_nav2_sets_by_itself_is_no_parameter_of_the_file(inspect):
 
 def test_dwb_with_critics_takes_no_scale_from_elsewhere(inspect):
     nav2 = inspect(DWB + "      critics: [PathAlign, PathDist]\n")
+    assert not told(nav2, "missing-value")
     assert (read_dwb(nav2).PathAlign.scale, read_dwb(nav2).PathDist.scale) == (1.0, 5.0)
     assert "controller_server: FollowPath.path_distance_bias" in nav2.ignored

@@ -9,6 +9,9 @@ from navstack.jit import njit
 from navstack.params.dwb import EPSILON
 from navstack.types import FloatArray, IntArray
 
+# of kinematic_parameters.hpp, in [m2/s2] and [rad/s]: the spacing of single precision at 1
+_FLOAT_EPSILON = float(np.finfo(np.float32).eps)
+
 
 @njit()
 def project_velocity(
@@ -83,13 +86,15 @@ def combine(
     for vx in xs:
         for vy in ys:
             squared = vx * vx + vy * vy
-            if speeds[1] >= 0.0 and squared > speeds[1] * speeds[1] + EPSILON:
+            if speeds[1] >= 0.0 and squared > speeds[1] * speeds[1] + _FLOAT_EPSILON:
                 continue
             crawls = (
-                speeds[0] >= 0.0 and squared + EPSILON < speeds[0] * speeds[0] and speeds[2] >= 0.0
+                speeds[0] >= 0.0
+                and squared + _FLOAT_EPSILON < speeds[0] * speeds[0]
+                and speeds[2] >= 0.0
             )
             for yaw_rate in thetas:
-                if (crawls and abs(yaw_rate) + EPSILON < speeds[2]) or (
+                if (crawls and abs(yaw_rate) + _FLOAT_EPSILON < speeds[2]) or (
                     squared == 0.0 and yaw_rate == 0.0
                 ):
                     continue

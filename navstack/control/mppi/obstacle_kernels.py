@@ -243,11 +243,12 @@ def obstacle_scores(
     frame = (np.float32(grid[0]), np.float32(grid[1]), np.float32(1.0 / grid[2]))
     cells = np.empty(count, dtype=np.int32)
     found = np.empty(count, dtype=np.uint8)
+    everywhere = body.uses_outline and body.check_from < 1.0
     for t in range(steps):
         pose_costs(x[t], y[t], costs, frame, cells, found)
         for b in range(count):
             cost = int(found[b])
-            if cost == 0 or hits[b]:
+            if hits[b] or (cost == 0 and not everywhere):
                 continue
             by_outline = body.uses_outline and cells[b] >= 0 and cost >= body.check_from
             if by_outline:

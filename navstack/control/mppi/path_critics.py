@@ -39,6 +39,8 @@ class MppiGoalAngleCritic(MppiCritic):
         turns = (scene.path_yaw[-1] - rollouts.yaw).astype(np.float64)
         turns -= 2.0 * math.pi * np.floor((turns + math.pi) / (2.0 * math.pi))
         sizes = np.abs(turns.astype(np.float32))
+        if self._own.symmetric_yaw_tolerance:
+            sizes = np.minimum(sizes, np.float32(math.pi) - sizes)
         return CriticScores(sizes.sum(axis=0) / np.float32(len(sizes)))
 
 

@@ -51,8 +51,13 @@ def lookahead_point_on_circle(
             return leave_circle(path[before, 0], path[before, 1], path[i, 0], path[i, 1], distance)
     if not beyond_end:
         return path[-1, 0], path[-1, 1]
-    far_x, far_y = beyond(path, 2.0 * distance)
-    return leave_circle(path[-1, 0], path[-1, 1], far_x, far_y, distance)
+    far_x, far_y = beyond(path, distance)
+    last_x = path[-1, 0]
+    last_y = path[-1, 1]
+    if math.hypot(far_x, far_y) < math.hypot(last_x, last_y):  # the end lies far behind the robot
+        far_x = 2.0 * last_x - far_x
+        far_y = 2.0 * last_y - far_y
+    return leave_circle(last_x, last_y, far_x, far_y, distance)
 
 
 @njit()

@@ -10,7 +10,7 @@ from navstack.params.dwb import DwbParams
 from navstack.params.nav2_file import edit
 from navstack.params.nav2_file.catalog import Catalog, node_block, node_params, plugin_type
 from navstack.params.nav2_file.check import Checker
-from navstack.params.nav2_file.dwb import fallback_scales
+from navstack.params.nav2_file.dwb import fallback_scales, missing_critics
 from navstack.params.nav2_file.filters import filter_notices
 from navstack.params.nav2_file.findings import (
     Findings,
@@ -335,6 +335,7 @@ def _notices(
         notices += missing_of_monitor(parameters[MONITOR])
     for node, entries in parameters.items():
         notices += value_notices(node, entries, found[node].visits)
+        notices += missing_critics(node, entries, found[node].visits)
     notices.sort(key=lambda notice: (not notice.is_error, notice.line))
     if allow_unknown:
         notices = [

@@ -84,6 +84,15 @@ def test_samples_are_all_combinations_that_neither_stand_nor_crawl_nor_race(
     np.testing.assert_array_equal(ours, expected)
 
 
+def test_a_small_least_speed_is_no_rounding():
+    """A robot that stands may turn no slower than 0.3 rad/s: 0.001 m/s squared are 1e-6."""
+    limits = np.array(((0.0, 0.5, 2.5, -2.5), (0.0, 0.0, 0.0, 0.0), (-1.0, 1.0, 3.2, -3.2)))
+    speeds = np.array((0.001, 0.5, 0.3))
+    found = velocity_samples.combine(np.zeros(3), limits, np.array((5, 1, 21)), speeds, 0.5)
+    on_the_spot = found[found[:, 0] == 0.0]
+    assert len(on_the_spot) and np.abs(on_the_spot[:, 2]).min() >= 0.3 - 1e-6
+
+
 @pytest.mark.parametrize("axis", [end_kernels.VX, end_kernels.RATE])
 def test_speeds_change_towards_the_command_and_no_farther(axis):
     b = np.zeros(end_kernels.BUFFER_SIZE)

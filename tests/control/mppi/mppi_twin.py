@@ -94,7 +94,7 @@ class Twin:
         my = np.floor((y - c.origin_y) / c.resolution).astype(int).clip(0, c.size_y - 1)
         return np.where(self.off_map(x, y), 255, c.data[my, mx]).astype(int)
 
-    def under_robot(self, costs, step, critic):
+    def under_robot(self, costs, step, critic, in_free_cells=False):
         """Greatest cost under the outline (B, S) where the critic looks at it.
 
         Else it is that of the centre.
@@ -105,7 +105,7 @@ class Twin:
         least = 0
         if layer is not None and layer.inflation_radius >= self.circumscribed:
             least = inflation_cost(self.circumscribed, self.inscribed, layer.cost_scaling_factor)
-        looked = (costs >= least) & (costs > 0)
+        looked = (costs >= least) & (in_free_cells | (costs > 0))
         worst = costs.copy()
         for b, s in zip(*np.nonzero(looked), strict=True):
             at = Pose2D(self.x[b, s * step], self.y[b, s * step], self.yaw[b, s * step])
@@ -154,7 +154,7 @@ class Twin:
         layer = self.params.local_costs.inflation(own.inflation_layer_name)
         costs = self.costs_at(self.x, self.y)
         beyond = self.off_map(self.x, self.y)  # where the outline is not looked at
-        worst, looked = self.under_robot(np.where(beyond, 0, costs), 1, own)
+        worst, looked = self.under_robot(np.where(beyond, -1, costs), 1, own, True)
         worst = np.where(beyond, 255, worst)
         hit = self.collisions(worst, own)
         alive = np.cumsum(hit, axis=1) == 0
@@ -183,7 +183,11 @@ class Twin:
     def _GoalAngleCritic(self, own):  # noqa: N802
         if self.to_goal >= own.threshold_to_consider:
             return None
-        return abs(wrapped(self.path[-1, 2] - self.yaw)).mean(axis=1)
+        angles = abs(wrapped(self.path[-1, 2] - self.yaw))
+        if own.symmetric_yaw_tolerance:
+            opposite = abs(wrapped(self.path[-1, 2] + math.pi - self.yaw))
+            angles = np.minimum(angles, opposite)
+        return angles.mean(axis=1)
 
     def _PathAlignCritic(self, own):  # noqa: N802
         n = self.furthest

@@ -27,6 +27,7 @@ from navstack.params.local_costs import LocalCosts
 from navstack.params.mppi import CRITICS, OMNI, AckermannParams, MppiParams
 from navstack.params.mppi_critics import (
     CostParams,
+    GoalAngleParams,
     ObstaclesParams,
     PathAlignParams,
     PathAngleParams,
@@ -177,6 +178,36 @@ def test_every_critic_costs_what_the_twin_says(grid, place):
     assert len(compare_critics(ALL, grid, place, {"rtol": 2e-4, "atol": 2e-3})) >= 3
 
 
+@pytest.mark.parametrize("place", ["before the goal", "at the goal"])
+def test_a_symmetric_robot_may_look_the_other_way_at_the_goal(place):
+    params = replace(
+        ALL,
+        critics=("GoalAngleCritic",),
+        GoalAngleCritic=GoalAngleParams(symmetric_yaw_tolerance=True, threshold_to_consider=2.0),
+    )
+    tolerance = {"rtol": 2e-4, "atol": 2e-3}
+    assert compare_critics(params, "free", place, tolerance) == ["GoalAngleCritic"]
+    rollouts, scene, optimizer, _, _ = both(params, "free", place)
+    rollouts.yaw[:] = scene.path_yaw[-1] + FLOAT(math.pi - 0.5)
+    assert_allclose(optimizer._critics[0].score(rollouts, scene).raw, 0.5, atol=1e-5)
+
+
+def test_an_obstacle_under_the_outline_counts_without_an_inflation_layer():
+    """The robot's centre is in a free cell; a lethal one lies under its rear."""
+    params = replace(
+        ALL,
+        critics=("ObstaclesCritic",),
+        local_costs=LocalCosts(),
+        ObstaclesCritic=ObstaclesParams(consider_footprint=True),
+    )
+    rollouts, scene, optimizer, _, _ = both(params, "free", "on the path")
+    critic = optimizer._critics[0]
+    assert critic.score(rollouts, scene).colliding == 0
+    scene.costs = np.zeros_like(scene.costs)
+    scene.costs[117:120, 109:112] = 254  # half a metre behind the robot's place
+    assert critic.score(rollouts, scene).colliding == len(rollouts.x[0])
+
+
 def test_the_scenes_try_all_critics():
     counted = dict.fromkeys(ALL.critics, 0)
     for place in POSES:
@@ -213,6 +244,13 @@ def test_the_scenes_try_all_critics():
                 collision_margin_distance=0.6,
                 cost_power=2,
             )
+        },
+        {
+            # narrower than the robot: its outline counts where its centre is in free cells
+            "local_costs": LocalCosts(
+                {"inflation_layer": replace(LAYER, inflation_radius=0.2)}, ends_inflated=True
+            ),
+            "ObstaclesCritic": ObstaclesParams(consider_footprint=True),
         },
         {"local_costs": replace(COSTS, tracks_unknown=True)},
         {
