@@ -217,7 +217,9 @@ class ObstacleLayer(Layer):
         self, window: Window, pose: Pose2D, footprint: FloatArray, bounds: Bounds
     ) -> None:
         """Clear along all beams, then mark all returns."""
-        for source, seen in clearing_observations(self._scans):
+        assert isinstance(self.params, ObstacleLayerParams)
+        spared = self.params.NOT_CLEARED * window.resolution
+        for source, seen in clearing_observations(self._scans, spared):
             kernels.clear_rays(
                 self.grid,
                 seen.points,
@@ -330,11 +332,13 @@ class InflationLayer(Layer):
         self.inflation.apply(master, *region)
 
 
-def clearing_observations(sources: ScanSources) -> Iterator[ScanObservation]:
-    """The observations of all sources that clear."""
+def clearing_observations(sources: ScanSources, spared: float) -> Iterator[ScanObservation]:
+    """The observations of all sources that clear, their beams shorter by ``spared`` [m]."""
     for source in sources:
         if source.params.clearing:
             for observation in source.observations:
+                if spared > 0.0:
+                    observation = observation.shortened(spared)
                 yield source.params, observation
 
 

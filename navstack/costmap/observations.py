@@ -73,6 +73,18 @@ class PointObservation:
         beam_kernels.sort_by_bearing(self.points, self.origin_x, self.origin_y, starts, ordered)
         return ordered, starts
 
+    def shortened(self, by: float) -> "PointObservation":
+        """The same from beams that end ``by`` [m] earlier, at the sensor at most."""
+
+        def points() -> FloatArray:
+            beams = self.points - (self.origin_x, self.origin_y)
+            lengths = np.maximum(np.hypot(beams[:, 0], beams[:, 1]), by)
+            shares = (lengths - by) / lengths
+            ends: FloatArray = (self.origin_x, self.origin_y) + shares[:, None] * beams
+            return ends
+
+        return PointObservation(self.stamp, self.origin_x, self.origin_y, points)
+
 
 class ScanProjector:
     """Turns scans into points (laser_geometry's ``projectLaser``).

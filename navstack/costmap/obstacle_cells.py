@@ -107,7 +107,8 @@ class ObstacleCells:
         return grid
 
     def _clear_beams(self, window: Window) -> None:
-        for source, seen in clearing_observations(self.sources):
+        spared = self.params.NOT_CLEARED * window.resolution
+        for source, seen in clearing_observations(self.sources, spared):
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):
                 self._lines = np.empty((2 * len(ordered), 8), dtype=np.int32)

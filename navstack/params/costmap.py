@@ -10,7 +10,7 @@ The layers stand in :attr:`CostmapParams.layers` under their instance names; ``p
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -74,8 +74,9 @@ class ObservationSourceParams(Parameters, whose="observation source"):
 
 @dataclass(frozen=True, slots=True)
 class ObstacleLayerParams(Parameters):
-    """``obstacle_layer.cpp``. A VoxelLayer runs as an obstacle layer on the scan."""
+    """``obstacle_layer.cpp``."""
 
+    NOT_CLEARED: ClassVar[int] = 0  # cells before a return that its beam leaves as they are
     enabled: bool = True
     footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
     min_obstacle_height: OpenQuantity = (
@@ -94,6 +95,13 @@ class ObstacleLayerParams(Parameters):
         return tuple(
             self.sources.get(name, ObservationSourceParams()) for name in self.observation_sources
         )
+
+
+@dataclass(frozen=True, slots=True)
+class VoxelLayerParams(ObstacleLayerParams):
+    """``voxel_layer.cpp``, which runs as an obstacle layer on the robot's planar scan."""
+
+    NOT_CLEARED: ClassVar[int] = 2
 
 
 @dataclass(frozen=True, slots=True)

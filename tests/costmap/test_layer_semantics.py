@@ -20,6 +20,7 @@ from navstack.params.costmap import (
     ObservationSourceParams,
     ObstacleLayerParams,
     StaticLayerParams,
+    VoxelLayerParams,
 )
 from navstack.types import LaserScan, Pose2D
 
@@ -76,6 +77,33 @@ def is_marked(costmap: LayeredCostmap, distance: float, beam: int = 0) -> bool:
         costmap.master.cost_at(distance * math.cos(0.2 * beam), distance * math.sin(0.2 * beam))
         == 254
     )
+
+
+@pytest.mark.parametrize(("kind", "kept_up_to"), [(ObstacleLayerParams, 0), (VoxelLayerParams, 2)])
+@ways
+def test_beams_of_a_voxel_layer_end_two_cells_before_the_return(
+    prefer_fast: bool, kind: type[ObstacleLayerParams], kept_up_to: int
+) -> None:
+    """What stood one to four cells nearer was seen first; Nav2's voxel_layer.cpp, lines 343 ff."""
+    for cells in range(1, 5):
+        layers = {"static_layer": StaticLayerParams()}
+        layers["obstacle_layer"] = kind(observation_sources=("scan",), sources={"scan": SOURCE})
+        layers["inflation_layer"] = InflationLayerParams(inflation_radius=0.6)
+        costmap = make_costmap(prefer_fast=prefer_fast, layers=layers)
+        assert costmap.is_fast is prefer_fast
+        nearer = 1.025 - 0.05 * cells
+        costmap.update(Pose2D(), ahead(nearer), 0.0)
+        assert is_marked(costmap, nearer)
+        costmap.update(Pose2D(), ahead(1.025, stamp=0.1), 0.1)
+        assert is_marked(costmap, 1.025)
+        assert is_marked(costmap, nearer) is (cells < kept_up_to), cells
+
+
+def test_a_return_nearer_than_two_cells_clears_the_sensors_own_at_most() -> None:
+    observation = PointObservation(0.0, 1.0, 2.0, lambda: np.array(((1.06, 2.08), (1.3, 1.6))))
+    shortened = observation.shortened(0.1)
+    np.testing.assert_allclose(shortened.points, ((1.0, 2.0), (1.24, 1.68)))
+    assert (shortened.origin_x, shortened.origin_y) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(

@@ -275,7 +275,7 @@ def _read_layer(nav2: Nav2File, node: str, name: str) -> LayerParams:
     kind = nav2.plugin(node, name, "layers")
     params: Any = nav2.catalog.available["layers"][kind]
     layer: LayerParams = nav2.read(params, node, name)
-    if params not in (ObstacleLayerParams, SpatioTemporalLayerParams):
+    if not issubclass(params, ObstacleLayerParams | SpatioTemporalLayerParams):
         return layer
     sources = names_in(nav2.value(node, f"{name}.observation_sources"))
     described_by = NAMED_SECTIONS[params]["observation_sources"]

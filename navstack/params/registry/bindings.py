@@ -10,7 +10,12 @@ from navstack.params.collision_monitor import (
     PolygonParams,
     VelocityPolygonParams,
 )
-from navstack.params.costmap import CostmapParams, ObservationSourceParams, ObstacleLayerParams
+from navstack.params.costmap import (
+    CostmapParams,
+    ObservationSourceParams,
+    ObstacleLayerParams,
+    VoxelLayerParams,
+)
 from navstack.params.dwb import FALLBACK_SCALES, DwbParams
 from navstack.params.filters import FilterInfoServerParams, MaskServerParams
 from navstack.params.gps_ekf import GpsEkfParams
@@ -55,6 +60,7 @@ CRITICS: Mapping[str, Params] = {"dwb_critics": DwbParams, "mppi_critics": MppiP
 # dataclass -> list parameter -> dataclass of each sub-namespace that the list names
 NAMED_SECTIONS: Mapping[Params, Mapping[str, Params]] = {
     ObstacleLayerParams: {"observation_sources": ObservationSourceParams},
+    VoxelLayerParams: {"observation_sources": ObservationSourceParams},
     SpatioTemporalLayerParams: {"observation_sources": SpatioTemporalSourceParams},
     CollisionMonitorParams: {"polygons": PolygonParams, "observation_sources": MonitorSourceParams},
     PolygonParams: {"velocity_polygons": VelocityPolygonParams},
@@ -63,6 +69,7 @@ NAMED_SECTIONS: Mapping[Params, Mapping[str, Params]] = {
 # Parameters that are read and do nothing: the robot's planar scan has no heights.
 NO_EFFECT: Mapping[Params, frozenset[str]] = {
     ObstacleLayerParams: frozenset({"min_obstacle_height", "max_obstacle_height"}),
+    VoxelLayerParams: frozenset({"min_obstacle_height", "max_obstacle_height"}),
 }
 
 # dataclass -> parameter -> parameters that count only where it is absent

@@ -5,6 +5,7 @@ from navstack.params.costmap import (
     InflationLayerParams,
     ObstacleLayerParams,
     StaticLayerParams,
+    VoxelLayerParams,
 )
 from navstack.params.filters import KeepoutFilterParams, SpeedFilterParams
 from navstack.params.registry.entry import AlgorithmEntry
@@ -28,7 +29,7 @@ LAYERS = family(
             params=ObstacleLayerParams, kernels=_BEAMS
         ),
         "nav2_costmap_2d::VoxelLayer": AlgorithmEntry(
-            params=ObstacleLayerParams, kernels=_BEAMS, note=_PLANAR
+            params=VoxelLayerParams, kernels=_BEAMS, note=_PLANAR
         ),
         "nav2_costmap_2d::InflationLayer": _INFLATION,
         "nav2_costmap_2d::LegacyInflationLayer": _INFLATION,
