@@ -108,8 +108,8 @@ def _window_of(params: CostmapParams, static: OccupancyGrid | None) -> Window:
         return Window(
             static.origin.x, static.origin.y, static.resolution, static.width, static.height
         )
-    size_x = round(params.width / params.resolution)
-    size_y = round(params.height / params.resolution)
+    size_x = int(params.width / params.resolution)
+    size_y = int(params.height / params.resolution)
     if static is None:
         return Window(params.origin_x, params.origin_y, params.resolution, size_x, size_y)
     resolution = params.resolution

@@ -96,14 +96,19 @@ def nearest_free_distance(pose: Pose2D, costmap: Costmap) -> float:
 
 
 def single_pose(start: Pose2D, goal: Pose2D, use_final_approach_orientation: bool) -> FloatArray:
-    """The plan where start and goal are one point.
+    """The plan where start and goal are one point, or one cell.
 
-    Turn to the goal's heading, or stay as the robot stands (NavFn).
+    Turn to the goal's heading, or stay as the robot stands.
     """
     yaw = goal.yaw
     if use_final_approach_orientation:
         yaw = start.yaw
     return np.array([[start.x, start.y, yaw]])
+
+
+def in_one_cell(start: Pose2D, goal: Pose2D, costmap: Costmap) -> bool:
+    """Whether start and goal lie in the same cell."""
+    return costmap.world_to_map(start.x, start.y) == costmap.world_to_map(goal.x, goal.y)
 
 
 def face_along_last_step(poses: FloatArray, start_yaw: float) -> None:

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from navstack.costmap.costmap import (
+    FREE_SPACE,
     INSCRIBED_INFLATED_OBSTACLE,
     LETHAL_OBSTACLE,
     NO_INFORMATION,
@@ -18,6 +19,7 @@ from navstack.planning.endpoints import (
     dense_poses,
     face_along_last_step,
     goal_occupied,
+    in_one_cell,
     no_path,
     occupied,
     require_on_map,
@@ -49,6 +51,11 @@ class ThetaStarPlanner(Planner):
         )
         level = np.where(costs == NO_INFORMATION, LETHAL_OBSTACLE - 1.0, LOWEST + SHARE * costs)
         self._crossing: FloatArray = params.w_traversal_cost * (level / HIGHEST) ** 2
+        self._last_start: tuple[int, int] | None = None  # cell of the plan before
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Forget the plan before; ``rng`` is not used."""
+        self._last_start = None
 
     def plan(
         self,
@@ -64,10 +71,11 @@ class ThetaStarPlanner(Planner):
         """
         params = self._params
         require_on_map(start, goal, costmap)
-        if (start.x, start.y) == (goal.x, goal.y):
-            return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
         if costmap.cost_at(goal.x, goal.y) == LETHAL_OBSTACLE:
             raise goal_occupied(goal, costmap)
+        if in_one_cell(start, goal, costmap):
+            return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
+        costmap = self._with_start_freed(start, costmap)
         for name, pose in (("start", start), ("goal", goal)):
             if not self._is_open[costmap.cost_at(pose.x, pose.y)]:
                 raise PlanningError(occupied(name, pose, costmap))
@@ -93,6 +101,22 @@ class ThetaStarPlanner(Planner):
         if params.use_final_approach_orientation:
             face_along_last_step(poses, start.yaw)
         return Path(poses, stamp)
+
+    def _with_start_freed(self, start: Pose2D, costmap: Costmap) -> Costmap:
+        """The costmap with the start of the plan before free, as upstream (``clearStart``).
+
+        So a robot that stands in an obstacle finds a way out at the second attempt.
+        """
+        last = self._last_start
+        self._last_start = costmap.world_to_map(start.x, start.y)
+        if last is None or not costmap.contains(*last):
+            return costmap
+        column, row = last
+        if costmap.data[row, column] == FREE_SPACE:
+            return costmap
+        data = costmap.data.copy()
+        data[row, column] = FREE_SPACE
+        return Costmap(data, costmap.resolution, costmap.origin_x, costmap.origin_y)
 
 
 @njit()

@@ -45,7 +45,7 @@ from navstack.planning.smac.motions import (
     lattice,
     read_lattice,
 )
-from navstack.planning.smac.pose_kernels import step_cost
+from navstack.planning.smac.pose_kernels import dearest, step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
 from navstack.planning.smac.pose_problem import Goal, Penalties, SearchGround
 from navstack.planning.smac.smac_2d import Smac2D
@@ -235,13 +235,76 @@ def test_a_lattice_leads_from_cell_centre_to_cell_centre_along_arcs_that_are_wid
 
 def test_what_motions_cost():
     penalties = Penalties(2.0, 0.5, 1.2, 3.0, 0.1, 5.0)
-    assert step_cost(penalties, 2.0, 0, STRAIGHT, 0, -1) == approx(1.8)
-    assert step_cost(penalties, 2.0, 126, STRAIGHT, 0, LEFT) == approx(2.0 * (0.9 + 1.5))
-    assert step_cost(penalties, 2.0, 255, STRAIGHT, 1, -1) == approx(2.0 * 2.0 * 3.9)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, STRAIGHT) == approx(1.8 * 1.2)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, LEFT) == approx(1.8 * 1.2)
-    assert step_cost(penalties, 2.0, 0, LEFT, 0, RIGHT) == approx(1.8 * (1.2 + 0.5))
-    assert step_cost(penalties, 0.0, 252, IN_PLACE, 0, STRAIGHT) == approx(5.0 * 4.0)
+    assert step_cost(penalties, 2.0, 0, STRAIGHT, 0, False) == approx(1.8)
+    assert step_cost(penalties, 2.0, 126, STRAIGHT, 0, True) == approx(2.0 * (0.9 + 1.5))
+    assert step_cost(penalties, 2.0, 255, STRAIGHT, 1, False) == approx(2.0 * 2.0 * 3.9)
+    assert step_cost(penalties, 2.0, 0, LEFT, 0, False) == approx(1.8 * 1.2)
+    assert step_cost(penalties, 2.0, 0, LEFT, 0, True) == approx(1.8 * (1.2 + 0.5))
+    assert step_cost(penalties, 0.0, 252, IN_PLACE, 0, True) == approx(5.0 * 4.0)
+
+
+def test_what_a_change_of_side_is():
+    """Hybrid's six motions are six sides; straight motions of a lattice are of the left, as
+    ``left_turn`` in Nav2's files says.
+    """
+    hybrid = arcs(16, 4.0, True)
+    assert len(np.unique(hybrid.sides[0])) == 6
+    of_lattice = lattice(5.0)
+    for kind, side in ((STRAIGHT, 1), (LEFT, 1), (RIGHT, 0)):
+        assert (of_lattice.sides[of_lattice.kinds == kind] == side).all()
+
+
+def test_a_lattices_motion_costs_what_its_dearest_cell_does():
+    costs = np.zeros((10, 10), dtype=np.uint8)
+    costs[2, 4] = 200
+    poses = np.array(((1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0), (99.0, 0.0, 0.0)))
+    assert dearest(costs, 2.5, 2.5, poses) == 200
+    assert dearest(costs, 2.5, 3.5, poses) == 0
+    assert lattice(5.0).by_dearest and not arcs(16, 4.0, False).by_dearest
+
+
+@pytest.mark.parametrize(
+    "planner",
+    [Smac2D(Smac2DParams()), SmacHybrid(SmacHybridParams()), SmacLattice(SmacLatticeParams())],
+    ids=lambda planner: type(planner).__name__,
+)
+def test_a_goal_in_the_robots_own_cell_is_turned_to_where_it_stands(planner):
+    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.05, 0.0, 0.0)
+    path = planner.plan(Pose2D(2.01, 2.01, 0.0), Pose2D(2.04, 2.04, 1.5), costmap)
+    assert path.poses.tolist() == [[2.01, 2.01, 1.5]]
+    assert len(planner.plan(Pose2D(2.01, 2.01), Pose2D(3.06, 2.01), costmap).poses) > 1
+
+
+def test_a_lattice_file_says_how_tight_its_curves_are(tmp_path):
+    """A U-turn with room: as wide as the file's turning radius asks."""
+    tightest = []
+    for radius in (0.5, 1.0):
+        file = tmp_path / f"{radius}.json"
+        write_lattice(file, lattice(radius / 0.1), radius)
+        params = SmacLatticeParams(lattice_filepath=str(file), smooth_path=False)
+        costmap = Costmap(np.zeros((120, 120), dtype=np.uint8), 0.1, 0.0, 0.0)
+        path = SmacLattice(params).plan(
+            Pose2D(4.05, 5.05, 0.0), Pose2D(5.25, 6.65, math.pi), costmap
+        )
+        turns = np.abs((np.diff(path.poses[:, 2]) + math.pi) % (2.0 * math.pi) - math.pi)
+        steps = np.hypot(*np.diff(path.poses[:, :2], axis=0).T)
+        moved = steps > 0.03
+        tightest.append((steps[moved] / np.maximum(turns[moved], 1e-9)).min())
+    assert 0.45 < tightest[0] < 0.6
+    assert tightest[1] > 0.95
+
+
+def test_curves_reach_as_far_on_a_downsampled_costmap_as_nav2s():
+    """The limit of their length is in cells of the costmap itself: twice as far at factor 2."""
+    params = SmacHybridParams(downsample_costmap=True, downsampling_factor=2)
+    planner = SmacHybrid(params)
+    costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.05, 0.0, 0.0)
+    asked = []
+    planner._expansion = lambda radius, reverses, size: (
+        asked.append(size) or SmacHybrid._expansion(planner, radius, reverses, size)
+    )
+    planner.plan(Pose2D(1.0, 1.0), Pose2D(4.0, 1.0), costmap)
+    assert asked == [0.05]
 
 
 def street(gap=1.2):
@@ -402,13 +465,13 @@ def test_smoothing_shortens_what_the_grid_made_crooked():
     assert smooth < 0.99 * raw
 
 
-def test_a_lattice_file_of_nav2_is_read(tmp_path):
-    motions = lattice(5.0)
-    primitives = [
+def primitives_of(motions):
+    """The motions as in Nav2's lattice files for cells of 0.1 m."""
+    return [
         {
             "start_angle_index": b,
             "end_angle_index": int(motions.ends[b, k]),
-            "left_turn": bool(motions.kinds[b, k] == LEFT),
+            "left_turn": bool(motions.kinds[b, k] != RIGHT),
             "trajectory_length": float(motions.lengths[b, k]) * 0.1,
             "poses": [
                 [0.0, 0.0, float(motions.headings[b])],
@@ -418,7 +481,20 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
         for b in range(16)
         for k in range(3)
     ]
-    metadata = {"grid_resolution": 0.1, "heading_angles": motions.headings.tolist()}
+
+
+def write_lattice(path, motions, radius, *more):
+    metadata = {
+        "grid_resolution": 0.1,
+        "turning_radius": radius,
+        "heading_angles": motions.headings.tolist(),
+    }
+    document = {"lattice_metadata": metadata, "primitives": [*primitives_of(motions), *more]}
+    path.write_text(json.dumps(document), encoding="utf-8")
+
+
+def test_a_lattice_file_of_nav2_is_read(tmp_path):
+    motions = lattice(5.0)
     turn = {
         "start_angle_index": 0,
         "end_angle_index": 1,
@@ -426,10 +502,10 @@ def test_a_lattice_file_of_nav2_is_read(tmp_path):
         "trajectory_length": 0.0,
         "poses": [[0.0, 0.0, 0.0], [0.0, 0.0, float(motions.headings[1])]],
     }
-    document = {"lattice_metadata": metadata, "primitives": [*primitives, turn]}
     path = tmp_path / "lattice.json"
-    path.write_text(json.dumps(document), encoding="utf-8")
-    read = read_lattice(path, 0.1)
+    write_lattice(path, motions, 0.5, turn)
+    read, radius = read_lattice(path, 0.1)
+    assert radius == 0.5
     assert read.ends.shape == (16, 4)
     assert_allclose(read.poses[:, :3, : motions.poses.shape[2]], motions.poses, atol=1e-9)
     assert read.kinds[0, 3] == IN_PLACE

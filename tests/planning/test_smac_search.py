@@ -67,12 +67,11 @@ def test_each_pose_of_a_search_has_its_cost_and_a_bound_of_the_way_on():
         parent = nodes.parents[n]
         k = nodes.by[n]
         b = nodes.headings[parent]
-        before = (
-            -1
-            if parent == 0
-            else motions.kinds[nodes.headings[nodes.parents[parent]], nodes.by[parent]]
-        )
-        way = step_cost(PENALTIES, motions.lengths[b, k], 0, motions.kinds[b, k], 0, before)
+        changes = False
+        if parent > 0:
+            before = motions.sides[nodes.headings[nodes.parents[parent]], nodes.by[parent]]
+            changes = bool(before != motions.sides[b, k])
+        way = step_cost(PENALTIES, motions.lengths[b, k], 0, motions.kinds[b, k], 0, changes)
         assert nodes.travelled[n] == approx(nodes.travelled[parent] + way)
         end = motions.poses[b, k, motions.counts[b, k] - 1, :2]
         assert_allclose((x, y), nodes.places[parent] + end)

@@ -122,6 +122,27 @@ def test_ends_in_obstacles_are_refused():
         ThetaStarParams(w_euc_cost=-1.0)
 
 
+def test_a_start_in_an_obstacle_is_free_at_the_second_attempt():
+    """As in Nav2, which frees the start of the plan before; the costmap stays as it is."""
+    costmap = free_map(60, 100)
+    costmap.data[30, 10] = 253
+    start, goal = Pose2D(1.05, 3.05), Pose2D(4.0, 3.0)
+    planner = ThetaStarPlanner(ThetaStarParams())
+    for _ in range(2):
+        with pytest.raises(PlanningError, match="start .* lies in an occupied cell"):
+            planner.plan(start, goal, costmap)
+        assert planner.plan(start, goal, costmap).length == pytest.approx(2.95, abs=0.1)
+        assert costmap.data[30, 10] == 253
+        planner.reset(np.random.default_rng(0))
+
+
+def test_a_goal_in_the_robots_own_cell_is_turned_to_where_it_stands():
+    costmap = free_map(60, 100)
+    planner = ThetaStarPlanner(ThetaStarParams())
+    path = planner.plan(Pose2D(1.02, 3.02, 0.0), Pose2D(1.08, 3.08, 1.5), costmap)
+    assert path.poses.tolist() == [[1.02, 3.02, 1.5]]
+
+
 @pytest.mark.parametrize("side", ["left", "right", "below", "above"])
 def test_a_way_along_the_maps_edge_is_found(side):
     costs = np.full((12, 12), 254, dtype=np.uint8)

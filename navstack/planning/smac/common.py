@@ -20,21 +20,22 @@ FEWEST = 10  # poses of a path that is smoothed
 
 
 def searched(
-    costmap: Costmap,
-    goal: Pose2D,
-    params: Smac2DParams | SmacHybridParams | SmacLatticeParams,
-    blocked: BoolArray,
+    costmap: Costmap, params: Smac2DParams | SmacHybridParams | SmacLatticeParams
 ) -> Costmap:
-    """The costmap over which a path is searched, of larger cells where that is wanted.
-
-    Raises:
-        GoalOccupiedError: the goal is blocked on it, and nothing beside it will do.
-    """
+    """The costmap over which a path is searched, of larger cells where that is wanted."""
     if not isinstance(params, SmacLatticeParams) and params.downsample_costmap:
         costmap = downsampled(costmap, params.downsampling_factor)
-    if params.tolerance < 1e-3 and blocked[costmap.cost_at(goal.x, goal.y)]:
-        raise goal_occupied(goal, costmap)
     return costmap
+
+
+def require_free_goal(goal: Pose2D, costmap: Costmap, tolerance: float, blocked: BoolArray) -> None:
+    """Check that the goal can be reached itself where nothing beside it will do.
+
+    Raises:
+        GoalOccupiedError: it is blocked, and the tolerance [m] 0.
+    """
+    if tolerance < 1e-3 and blocked[costmap.cost_at(goal.x, goal.y)]:
+        raise goal_occupied(goal, costmap)
 
 
 def downsampled(costmap: Costmap, factor: int) -> Costmap:

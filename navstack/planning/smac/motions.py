@@ -17,6 +17,9 @@ STRAIGHT = 0
 LEFT = 1
 RIGHT = 2
 IN_PLACE = 3
+# sides of a lattice's motions, as ``left_turn`` in Nav2's files: straight ones count as left
+_RIGHT_TURN = 0
+_LEFT_TURN = 1
 SHORTEST = math.sqrt(2.0)  # [cells] of a motion, which leaves its cell
 STEP = 1.0  # [cells] between the poses of a motion at most
 HEADINGS = (  # of a lattice, as steps on the grid: those of Nav2's lattice files
@@ -36,11 +39,14 @@ class Motions(NamedTuple):
     lengths: FloatArray  # (B, K) [cells]
     poses: FloatArray  # (B, K, S, 3) from the start, [cells, cells, rad]; headings are not relative
     counts: IntArray  # (B, K) how many of the S poses there are; the last is the end
+    sides: IntArray  # (B, K) a turn after a motion of another side pays ``change_penalty``
+    by_dearest: bool  # a motion costs what the dearest of its cells does, not the last
 
 
 class _Motion(NamedTuple):
     end: int
     kind: int
+    side: int
     is_reverse: bool
     length: float
     poses: FloatArray  # (n, 3) without the start
@@ -76,7 +82,7 @@ def arcs(bins: int, radius: float, reverses: bool) -> Motions:
                     _arc(b, end, size, side / radius, sign * radius * angle, kind, sign < 0)
                 )
         table.append(found)
-    return _table(np.arange(bins, dtype=np.float64) * size, table)
+    return _table(np.arange(bins, dtype=np.float64) * size, table, by_dearest=False)
 
 
 def _arc(
@@ -92,7 +98,8 @@ def _arc(
     else:
         x = (np.sin(yaw) - math.sin(start * size)) / curvature
         y = (math.cos(start * size) - np.cos(yaw)) / curvature
-    return _Motion(end, kind, is_reverse, abs(length), np.stack((x, y, yaw), axis=1))
+    side = 2 * kind + is_reverse
+    return _Motion(end, kind, side, is_reverse, abs(length), np.stack((x, y, yaw), axis=1))
 
 
 @lru_cache(maxsize=4)
@@ -112,7 +119,7 @@ def lattice(radius: float) -> Motions:
         for side in (1, -1):
             found.append(_shortest_turn(headings, b, (b + side) % len(HEADINGS), radius))
         table.append([motion for motion in found if motion is not None])
-    return _table(headings, table)
+    return _table(headings, table, by_dearest=True)
 
 
 def _shortest_turn(headings: FloatArray, b: int, end: int, radius: float) -> _Motion | None:
@@ -142,6 +149,7 @@ def _line_and_arc(
         return _Motion(
             end,
             STRAIGHT,
+            _LEFT_TURN,
             False,
             length,
             np.stack((at * x, at * y, np.full(len(at), first)), axis=1),
@@ -163,7 +171,8 @@ def _line_and_arc(
     poses = _along(first, pieces)
     poses[-1] = (x, y, last)
     kind = LEFT if turn > 0.0 else RIGHT
-    return _Motion(end, kind, False, sum(length for length, _ in pieces), poses)
+    side = _LEFT_TURN if turn > 0.0 else _RIGHT_TURN
+    return _Motion(end, kind, side, False, sum(length for length, _ in pieces), poses)
 
 
 def _along(yaw: float, pieces: tuple[tuple[float, float], ...]) -> FloatArray:
@@ -200,16 +209,18 @@ def _ahead(
 
 
 @lru_cache(maxsize=4)
-def read_lattice(path: Path, resolution: float) -> Motions:
-    """The motions of one of Nav2's lattice files (JSON).
+def read_lattice(path: Path, resolution: float) -> tuple[Motions, float]:
+    """The motions of one of Nav2's lattice files (JSON), and its turning radius [m].
 
     Raises:
         ParameterError: the file is none, or one for another resolution.
     """
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        made_for = float(content["lattice_metadata"]["grid_resolution"])
-        angles = np.array(content["lattice_metadata"]["heading_angles"], dtype=np.float64)
+        metadata = content["lattice_metadata"]
+        made_for = float(metadata["grid_resolution"])
+        radius = float(metadata["turning_radius"])
+        angles = np.array(metadata["heading_angles"], dtype=np.float64)
         headings = angles % (2.0 * math.pi)
         primitives = [_stored(primitive, made_for) for primitive in content["primitives"]]
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
@@ -225,7 +236,7 @@ def read_lattice(path: Path, resolution: float) -> Motions:
                 f"lattice file {path}: a primitive's heading is none of its {len(table)}"
             )
         table[start].append(motion)
-    return _table(headings, table)
+    return _table(headings, table, by_dearest=True), radius
 
 
 def _stored(primitive: dict[str, Any], resolution: float) -> tuple[int, _Motion]:
@@ -245,19 +256,29 @@ def _stored(primitive: dict[str, Any], resolution: float) -> tuple[int, _Motion]
     moved = poses[-1:]
     if length > 0.0:
         moved = poses[np.hypot(poses[:, 0], poses[:, 1]) > 1e-9]
-    return start, _Motion(end, kind, False, length, moved)
+    side = _LEFT_TURN if primitive["left_turn"] else _RIGHT_TURN
+    return start, _Motion(end, kind, side, False, length, moved)
 
 
-def _table(headings: FloatArray, table: list[list[_Motion]]) -> Motions:
+def _table(headings: FloatArray, table: list[list[_Motion]], by_dearest: bool) -> Motions:
     shape = (len(table), max(len(found) for found in table))
     most = max(len(motion.poses) for _, _, motion in _each(table))
-    ends, kinds, is_reverse, counts = (np.zeros(shape, dtype=np.int64) for _ in range(4))
+    ends, kinds, is_reverse, counts, sides = (np.zeros(shape, dtype=np.int64) for _ in range(5))
     motions = Motions(
-        headings, ends, kinds, is_reverse, np.zeros(shape), np.zeros((*shape, most, 3)), counts
+        headings,
+        ends,
+        kinds,
+        is_reverse,
+        np.zeros(shape),
+        np.zeros((*shape, most, 3)),
+        counts,
+        sides,
+        by_dearest,
     )
     for b, k, motion in _each(table):
         motions.ends[b, k] = motion.end
         motions.kinds[b, k] = motion.kind
+        motions.sides[b, k] = motion.side
         motions.is_reverse[b, k] = motion.is_reverse
         motions.lengths[b, k] = motion.length
         motions.poses[b, k, : len(motion.poses)] = motion.poses

@@ -22,22 +22,22 @@ from navstack.planning.smac.pose_problem import (
     Penalties,
     SearchGround,
 )
-from navstack.types import FloatArray
+from navstack.types import ByteArray, FloatArray
 
 
 @njit()
 def step_cost(
-    penalties: Penalties, length: float, cost: int, kind: int, backwards: int, before: int
+    penalties: Penalties, length: float, cost: int, kind: int, backwards: int, changes: bool
 ) -> float:
-    """What a motion costs, [cells] (NodeHybrid::getTraversalCost).
+    """What a motion costs, [cells] (getTraversalCost of NodeHybrid and NodeLattice).
 
     Args:
         penalties: of the planner.
         length: of the motion [cells].
-        cost: of the cell where it ends.
+        cost: of the cell that counts.
         kind: of the motion.
         backwards: 1: it leads backwards.
-        before: kind of the motion before; -1: it is the first.
+        changes: the motion before has another side.
     """
     share = min(float(cost), FULL_COST) / FULL_COST
     if kind == IN_PLACE:
@@ -45,11 +45,55 @@ def step_cost(
     way = length * (1.0 - penalties.retrospective + penalties.cost * share)
     if kind != STRAIGHT:
         way *= penalties.non_straight
-        if before != kind and before >= 0 and before != STRAIGHT:
+        if changes:
             way *= 1.0 + penalties.change / penalties.non_straight
     if backwards:
         way *= penalties.reverse
     return way
+
+
+@njit()
+def dearest(costs: ByteArray, x: float, y: float, poses: FloatArray) -> int:
+    """The highest cost under the poses (n, 3) of a motion from (x, y) [cells] that ends inside."""
+    height, width = costs.shape
+    most = 0
+    for i in range(len(poses)):
+        px = x + poses[i, 0]
+        py = y + poses[i, 1]
+        if 0.0 <= px < width and 0.0 <= py < height:
+            most = max(most, int(costs[int(py), int(px)]))
+    return most
+
+
+@njit()
+def cost_of_motion(
+    costs: ByteArray,
+    motions: Motions,
+    penalties: Penalties,
+    x: float,
+    y: float,
+    b: int,
+    k: int,
+    before: int,
+) -> float:
+    """What motion ``k`` of heading ``b`` costs from (x, y) [cells], [cells].
+
+    ``before`` is the side of the motion that led there; -1: none did.
+    """
+    poses = motions.poses[b, k, : motions.counts[b, k]]
+    if motions.by_dearest:
+        cost = dearest(costs, x, y, poses)
+    else:
+        cost = int(costs[int(y + poses[-1, 1]), int(x + poses[-1, 0])])
+    changes = before >= 0 and before != motions.sides[b, k]
+    return step_cost(
+        penalties,
+        motions.lengths[b, k],
+        cost,
+        motions.kinds[b, k],
+        motions.is_reverse[b, k],
+        changes,
+    )
 
 
 @njit()
@@ -112,9 +156,9 @@ def expand(
     x = nodes.places[n, 0]
     y = nodes.places[n, 1]
     b = nodes.headings[n]
-    before = -1
+    before = -1  # the side of the motion that led here
     if nodes.parents[n] >= 0:
-        before = motions.kinds[nodes.headings[nodes.parents[n]], nodes.by[n]]
+        before = motions.sides[nodes.headings[nodes.parents[n]], nodes.by[n]]
     height, width = ground.costs.shape
     bins, each = motions.ends.shape
     for k in range(each):
@@ -129,11 +173,7 @@ def expand(
         key = key_of(ground, end_x, end_y, end, bins)
         at = slot(nodes.keys, key)
         m = nodes.numbers[at] if nodes.keys[at] == key else -1
-        cost = ground.costs[int(end_y), int(end_x)]
-        kind = motions.kinds[b, k]
-        way = step_cost(
-            penalties, motions.lengths[b, k], cost, kind, motions.is_reverse[b, k], before
-        )
+        way = cost_of_motion(ground.costs, motions, penalties, x, y, b, k, before)
         total = nodes.travelled[n] + way
         if m >= 0 and (nodes.is_done[m] or total >= nodes.travelled[m]):
             continue

@@ -9,10 +9,17 @@ import numpy as np
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.params.smac import REEDS_SHEPP, SmacHybridParams, SmacLatticeParams, iterations_of
 from navstack.planning.dubins import is_curve_free
-from navstack.planning.endpoints import require_on_map, single_pose, to_cells
+from navstack.planning.endpoints import in_one_cell, require_on_map, single_pose, to_cells
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner, RobotShape, convex_hull
-from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
+from navstack.planning.smac.common import (
+    in_cells,
+    in_metres,
+    no_way,
+    require_free_goal,
+    searched,
+    smoothed,
+)
 from navstack.planning.smac.motions import Motions, arcs, lattice, read_lattice
 from navstack.planning.smac.pose_kernels import Found, search_poses
 from navstack.planning.smac.pose_problem import Expansion, Goal, Penalties, SearchGround
@@ -58,16 +65,18 @@ class _PosePlanner(Planner):
             PlanningError: a pose outside the map, an occupied goal with tolerance 0, or no path.
         """
         require_on_map(start, goal, costmap)
-        if (start.x, start.y) == (goal.x, goal.y):
+        used = searched(costmap, self._params)
+        if in_one_cell(start, goal, used):
             return Path(single_pose(start, goal, False), stamp)
-        used = searched(costmap, goal, self._params, self._blocked)
+        require_free_goal(goal, used, self._params.tolerance, self._blocked)
         ground = self._ground(used)
         motions, radius, reverses = self._motions(used)
         first = in_cells(start, used)
         last = in_cells(goal, used)
         target = self._goal(last, motions, radius, reverses, used.resolution)
         heading = nearest_heading(motions, start.yaw)
-        way = self._expansion(radius, reverses, used.resolution)
+        # the full resolution, as upstream: on a downsampled costmap curves reach farther
+        way = self._expansion(radius, reverses, costmap.resolution)
         found = search_poses(ground, motions, first, heading, target, self._penalties(), way)
         if found.node < 0:
             raise no_way(start, goal, found.iterations, target.max_iterations)
@@ -185,10 +194,11 @@ class SmacLattice(_PosePlanner):
     _params: SmacLatticeParams
 
     def _motions(self, costmap: Costmap) -> tuple[Motions, float, bool]:
-        radius = LATTICE_RADIUS / costmap.resolution
         file = FilePath(self._params.lattice_filepath)
         if self._params.lattice_filepath and file.is_file():
-            return read_lattice(file, costmap.resolution), radius, False
+            motions, metres = read_lattice(file, costmap.resolution)
+            return motions, metres / costmap.resolution, False
+        radius = LATTICE_RADIUS / costmap.resolution
         return lattice(radius), radius, False
 
 

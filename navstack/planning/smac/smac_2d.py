@@ -6,10 +6,22 @@ import numpy as np
 
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.params.smac import Smac2DParams
-from navstack.planning.endpoints import face_along_last_step, require_on_map, single_pose
+from navstack.planning.endpoints import (
+    face_along_last_step,
+    in_one_cell,
+    require_on_map,
+    single_pose,
+)
 from navstack.planning.ompl_kernels import blocked_table
 from navstack.planning.planner import Planner
-from navstack.planning.smac.common import in_cells, in_metres, no_way, searched, smoothed
+from navstack.planning.smac.common import (
+    in_cells,
+    in_metres,
+    no_way,
+    require_free_goal,
+    searched,
+    smoothed,
+)
 from navstack.planning.smac.grid_kernels import SearchLimits, search_grid, trace_back
 from navstack.types import FloatArray, Path, Pose2D
 
@@ -41,9 +53,10 @@ class Smac2D(Planner):
         """
         params = self._params
         require_on_map(start, goal, costmap)
-        if (start.x, start.y) == (goal.x, goal.y):
+        ground = searched(costmap, params)
+        if in_one_cell(start, goal, ground):
             return Path(single_pose(start, goal, params.use_final_approach_orientation), stamp)
-        ground = searched(costmap, goal, params, self._blocked)
+        require_free_goal(goal, ground, params.tolerance, self._blocked)
         poses = self._search(start, goal, ground)
         if params.smooth_path:
             poses = smoothed(poses, ground, params.smoother)
