@@ -39,6 +39,7 @@ EARNING = (
     "mppi-gps-ekf",
     "evasive-amcl-gps",
     "evasive-yielding-gps-ekf",
+    "evasive-flow-gps-ekf",
     "smac-gps-ekf",
     "ompl-gps-ekf",
     "nav2-amcl-gps",
