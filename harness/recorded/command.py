@@ -23,7 +23,7 @@ from harness.recorded.sources import (
     odometry_frame,
     read_transforms,
 )
-from harness.recorded.start import local_frame, start_belief, static_map
+from harness.recorded.start import local_frame, off_map, start_belief, static_map
 from harness.recorded.topics import Topics
 from harness.recorded.trajectory import (
     Errors,
@@ -38,10 +38,11 @@ from harness.recorded.trajectory import (
 from harness.storage.files import require_no_input, require_writable
 from harness.storage.shipped import resolve, shipped
 from navstack.build import build_localizer
+from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InputError, UnknownNameError
 from navstack.localization.amcl import AmclLocalizer
 from navstack.localization.localizer import Localizer
-from navstack.params.extensions import localizers
+from navstack.params.extensions import localizers, uses_map
 from navstack.params.nav2_file.file import Nav2File, load_nav2
 from navstack.types import Belief, Health, Pose2D
 
@@ -162,8 +163,13 @@ def localize(request: Request, show: Show) -> Localized:
             choice.edge,
             choice.has_twist,
         )
-        localizer = _localizer(request, _with_defaults(nav2))
+        grid = static_map(request.map_name, request.localizer)
+        localizer = _localizer(request, _with_defaults(nav2), grid)
         _doubt_start(request, start, FIX in choice.topics and request.datum is None)
+        if start is not None and uses_map(request.localizer):
+            note = off_map(start, grid)
+            if note:
+                _note(note)
         replay = Replay(bag, choice, receiver, localizer)
         trouble, is_interrupted = _run(replay, request, localizer, start or Belief(Pose2D()), show)
         trouble = trouble or bag.damage or _unusable(request.localizer, choice, bag, receiver)
@@ -216,10 +222,8 @@ def _with_defaults(nav2: Nav2File) -> Nav2File:
     return nav2.with_values(missing, allow_unknown=True)
 
 
-def _localizer(request: Request, nav2: Nav2File) -> Localizer:
-    localizer = build_localizer(
-        request.localizer, nav2, static_map(request.map_name, request.localizer)
-    )
+def _localizer(request: Request, nav2: Nav2File, grid: OccupancyGrid) -> Localizer:
+    localizer = build_localizer(request.localizer, nav2, grid)
     if request.is_global and not isinstance(localizer, AmclLocalizer):
         raise InputError(
             f"--global: localizer {request.localizer} cannot localize globally; amcl and amcl-gps "

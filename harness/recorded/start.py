@@ -95,6 +95,19 @@ def static_map(name_or_file: str | None, localizer: str) -> OccupancyGrid:
     return grid
 
 
+def off_map(start: Belief, grid: OccupancyGrid) -> str:
+    """Why nobody finds a robot that starts there: it is off the map; empty: it is on it."""
+    pose = start.pose
+    right = grid.origin.x + grid.width * grid.resolution
+    top = grid.origin.y + grid.height * grid.resolution
+    if grid.origin.x <= pose.x < right and grid.origin.y <= pose.y < top:
+        return ""
+    return (
+        f"the start ({pose.x:g}, {pose.y:g}) m lies off the map, which has x {grid.origin.x:g} to "
+        f"{right:g} m, y {grid.origin.y:g} to {top:g} m; check --initial-pose and --map"
+    )
+
+
 def numbers(option: str, text: str, counts: tuple[int, ...], what: str) -> list[float]:
     """Finite numbers separated by commas.
 

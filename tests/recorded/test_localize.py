@@ -369,10 +369,11 @@ def test_global_localization_with_fixes_needs_a_datum(tmp_path, capsys):
     assert localize(*base, "--global", "--datum", "37.4,-122.1") == 0
     assert "nobody says where the robot" not in capsys.readouterr().err
     assert localize(*base) == 0
-    assert (
-        "taken to be at 0,0,0, and fixes are placed from there; give --initial-pose"
-        in capsys.readouterr().err
-    )
+    told = capsys.readouterr().err
+    assert "taken to be at 0,0,0, and fixes are placed from there; give --initial-pose" in told
+    assert "lies off the map" not in told
+    assert localize(*base, "--initial-pose", "900,3,0") == 0
+    assert "the start (900, 3) m lies off the map, which has x -" in capsys.readouterr().err
 
 
 def test_a_reference_from_a_file(tmp_path, capsys):
