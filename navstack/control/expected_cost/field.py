@@ -1,5 +1,6 @@
 """The cost to go: the distance to the goal, dearer near walls, and the way there."""
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
@@ -40,17 +41,43 @@ def ways_of(costmap: Costmap, cell: float) -> Costmap:
 def make_field(ways: Costmap, goal: Pose2D, cost_to_go: CostToGo) -> CostToGoField:
     """The field of a goal; where no way leads, it rises steeply from the nearest place with one."""
     metres = cost_to_go(ways, goal)
+    down_x, down_y = _slopes(metres, ways.resolution)
+    return CostToGoField(metres, down_x, down_y, ways.origin_x, ways.origin_y, ways.resolution)
+
+
+def make_field_around(
+    ways: Costmap, goal: Pose2D, cost_to_go: CostToGo, pose: Pose2D, reach: float
+) -> CostToGoField:
+    """As :func:`make_field`, but finished only within ``reach`` [m] of a pose along x and along y.
+
+    Elsewhere its slopes are 0, and where no way leads it is infinite.
+    """
+    metres = cost_to_go(ways, goal)
+    column, row = ways.world_to_map(pose.x, pose.y)
+    column = min(max(column, 0), ways.size_x - 1)
+    row = min(max(row, 0), ways.size_y - 1)
+    cells = math.ceil(reach / ways.resolution)
+    near = np.s_[max(row - cells, 0) : row + cells, max(column - cells, 0) : column + cells]
+    part = np.ascontiguousarray(metres[near])
+    down_x, down_y = np.zeros_like(metres), np.zeros_like(metres)
+    down_x[near], down_y[near] = _slopes(part, ways.resolution)
+    metres[near] = part
+    return CostToGoField(metres, down_x, down_y, ways.origin_x, ways.origin_y, ways.resolution)
+
+
+def _slopes(metres: FloatArray, cell: float) -> tuple[FloatArray, FloatArray]:
+    """Descent along x and along y of a cost to go (height, width) [m], finished in place."""
     unreached = np.isinf(metres)
     if unreached.all():
-        metres = np.zeros_like(metres)
+        metres[:] = 0.0
     elif unreached.any():
         nearest, away = _nearest_outside(unreached.tobytes(), unreached.shape)
-        metres[unreached] = metres.reshape(-1)[nearest] + away * (ways.resolution * _UPHILL)
+        metres[unreached] = metres.reshape(-1)[nearest] + away * (cell * _UPHILL)
     down_y, down_x = (
         ndimage.gaussian_filter(np.clip(-each, -1.0, 1.0), _SMOOTHED)
         for each in np.gradient(metres)
     )
-    return CostToGoField(metres, down_x, down_y, ways.origin_x, ways.origin_y, ways.resolution)
+    return down_x, down_y
 
 
 @lru_cache(maxsize=2)  # the same of all goals of a map that lie in one of its parts

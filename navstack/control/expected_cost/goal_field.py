@@ -9,6 +9,7 @@ from navstack.control.expected_cost.field import (
     CostToGoField,
     cost_at,
     make_field,
+    make_field_around,
     ways_of,
     within,
 )
@@ -22,6 +23,7 @@ _GOAL_MOVED = 0.3  # [m] from which on a plan's end is another goal
 _SLACK = 2.0  # [m] by which a plan may always be longer than the field's way
 _PATIENCE = 5.0  # [s] between two fields on account of a longer plan
 _FLOW_PERIOD = 1.0  # [s] between two looks at people, as between two plans of Nav2's tree
+_BEYOND = 6.0  # [m] by which a field of a second reaches farther than motions from its middle
 _ROUNDING = 1e-9  # [s]
 
 
@@ -127,4 +129,7 @@ class GoalField:
         self._looked = state.stamp
         self._flow.look(tracks, state.pose, state.stamp, clearance, self._without_people)
         dearer = self._flow.lengthen(self._ways, given.flow_weight)
-        self._followed = make_field(dearer, self._goal, self._cost_to_go)
+        farthest = given.steps * given.step * max(given.max_speed, given.max_reverse_speed)
+        self._followed = make_field_around(
+            dearer, self._goal, self._cost_to_go, state.pose, farthest + _BEYOND
+        )

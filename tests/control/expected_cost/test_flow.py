@@ -11,7 +11,12 @@ from pytest import approx
 from navstack.control.contact_risk import rows_of
 from navstack.control.expected_cost import flow as flow_module
 from navstack.control.expected_cost.clearance import map_clearance
-from navstack.control.expected_cost.field import cost_at, make_field, ways_of
+from navstack.control.expected_cost.field import (
+    cost_at,
+    make_field,
+    make_field_around,
+    ways_of,
+)
 from navstack.control.expected_cost.flow import (
     PeopleFlow,
     cell_of,
@@ -207,3 +212,19 @@ def test_a_cost_of_one_twenty_five_makes_a_metre_count_as_three(world: Costmap) 
     cheap = cost_at(make_field(ways, GOAL, cost_to_go), 20.0, 33.0)
     assert cost_at(make_field(dear, GOAL, cost_to_go), 20.0, 33.0) == approx(3.0 * cheap, rel=0.01)
     assert flow_module._COSTS == 125.0 / 2.0
+
+
+@pytest.mark.parametrize("place", [(20.0, 8.0), (4.0, 30.0), (-50.0, 20.0), (41.0, 90.0)])
+def test_around_a_pose_the_field_is_that_of_the_whole_map(
+    world: Costmap, place: tuple[float, float]
+) -> None:
+    ways = ways_of(world, 0.2)
+    whole = make_field(ways, GOAL, cost_to_go)
+    part = make_field_around(ways, GOAL, cost_to_go, Pose2D(*place), 12.0)
+    middle = np.clip(place, 0.0, 40.0)
+    low = np.maximum(np.floor((middle - 6.0) / 0.2).astype(int), 0)
+    near = np.s_[low[1] : low[1] + 45, low[0] : low[0] + 45]
+    for one, other in zip(part[:3], whole[:3], strict=True):
+        assert one[near].size
+        assert_array_equal(one[near], other[near])
+    assert np.isfinite(part.cost[near]).all()
