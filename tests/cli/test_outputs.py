@@ -197,8 +197,8 @@ def test_a_shell_completes_commands() -> None:
     options = {each.value for each in complete.get_completions(["run"], "--st")}
     assert {"--stack", "--start"} <= options
     stacks = {each.value for each in complete.get_completions(["run", "--stack"], "evasive")}
-    yielding = "evasive-yielding-gps-ekf"
-    assert stacks == {"evasive-gps-ekf", "evasive-amcl", "evasive-amcl-gps", yielding}
+    kinds = ("gps-ekf", "amcl", "amcl-gps", "yielding-gps-ekf", "flow-gps-ekf")
+    assert stacks == {f"evasive-{kind}" for kind in kinds}
 
 
 @pytest.mark.slow
