@@ -56,7 +56,7 @@ class LargeMap:
 def cut(path: Path, folder: Path, name: str) -> LargeMap:
     """Write a map_server map of up to 400 million cells as tiles ``NAME_column_row`` of 200 m.
 
-    Of the maps beside it that of the walkable ground is cut, too. A tile without walkable ground
+    Of the maps beside it that of the walkable ground is cut, too. A tile of which nothing is known
     has no file. The origin moves to the nearest whole cell.
 
     Raises:
@@ -83,7 +83,7 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
         boxes.append((corner.x, corner.y, corner.x + tile.width * r, corner.y + tile.height * r))
         shown = tile.data if ground is None else ground.data
         is_free = (shown >= FREE) & (shown < FREE_BELOW)
-        if is_free.any():
+        if is_free.any() or (tile.data != UNKNOWN).any():
             files.append(folder / f"{name}_{column}_{row}.yaml")
             save_map(_without_shades(tile), files[-1])
             if ground is not None:
@@ -91,13 +91,14 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
                 grid = OccupancyGrid(closed, r, corner)
                 save_map(grid, folder / f"{made_of(files[-1].stem)[1]}.yaml")
             free.append(_area(is_free, tile))
-    if not files:
+    ground_area = shapely.union_all(free)
+    if ground_area.is_empty:
         raise MapError(
             f"map image {about.image}: has no free cell; check thresholds and negate in {path.name}"
         )
     bounds = np.array(boxes)
     box = Rect(*bounds[:, :2].min(axis=0).tolist(), *bounds[:, 2:].max(axis=0).tolist())
-    return LargeMap(box, shapely.union_all(free), r, files)
+    return LargeMap(box, ground_area, r, files)
 
 
 def left_behind(path: Path) -> list[Path]:

@@ -218,7 +218,7 @@ class ObstacleLayer(Layer):
     ) -> None:
         """Clear along all beams, then mark all returns."""
         assert isinstance(self.params, ObstacleLayerParams)
-        spared = self.params.NOT_CLEARED * window.resolution
+        spared = self.params.CELLS_SHORT * window.resolution
         for source, seen in clearing_observations(self._scans, spared):
             kernels.clear_rays(
                 self.grid,

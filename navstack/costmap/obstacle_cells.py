@@ -107,7 +107,7 @@ class ObstacleCells:
         return grid
 
     def _clear_beams(self, window: Window) -> None:
-        spared = self.params.NOT_CLEARED * window.resolution
+        spared = self.params.CELLS_SHORT * window.resolution
         for source, seen in clearing_observations(self.sources, spared):
             ordered, starts = seen.bearings
             if len(ordered) > len(self._lines):

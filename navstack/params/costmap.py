@@ -76,7 +76,7 @@ class ObservationSourceParams(Parameters, whose="observation source"):
 class ObstacleLayerParams(Parameters):
     """``obstacle_layer.cpp``."""
 
-    NOT_CLEARED: ClassVar[int] = 0  # cells before a return that its beam leaves as they are
+    CELLS_SHORT: ClassVar[int] = 0  # by how many cells a clearing beam ends before the return
     enabled: bool = True
     footprint_clearing_enabled: bool = True  # cells under the robot are free in this layer
     min_obstacle_height: OpenQuantity = (
@@ -101,7 +101,7 @@ class ObstacleLayerParams(Parameters):
 class VoxelLayerParams(ObstacleLayerParams):
     """``voxel_layer.cpp``, which runs as an obstacle layer on the robot's planar scan."""
 
-    NOT_CLEARED: ClassVar[int] = 2
+    CELLS_SHORT: ClassVar[int] = 2
 
 
 @dataclass(frozen=True, slots=True)

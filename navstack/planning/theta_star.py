@@ -105,7 +105,7 @@ class ThetaStarPlanner(Planner):
     def _with_start_freed(self, start: Pose2D, costmap: Costmap) -> Costmap:
         """The costmap with the start of the plan before free, as upstream (``clearStart``).
 
-        So a robot that stands in an obstacle finds a way out at the second attempt.
+        So a robot that stands in an obstacle finds a way out at the second attempt from there.
         """
         last = self._last_start
         self._last_start = costmap.world_to_map(start.x, start.y)

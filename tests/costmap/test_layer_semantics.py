@@ -79,10 +79,10 @@ def is_marked(costmap: LayeredCostmap, distance: float, beam: int = 0) -> bool:
     )
 
 
-@pytest.mark.parametrize(("kind", "kept_up_to"), [(ObstacleLayerParams, 0), (VoxelLayerParams, 2)])
+@pytest.mark.parametrize(("kind", "short"), [(ObstacleLayerParams, 0), (VoxelLayerParams, 2)])
 @ways
 def test_beams_of_a_voxel_layer_end_two_cells_before_the_return(
-    prefer_fast: bool, kind: type[ObstacleLayerParams], kept_up_to: int
+    prefer_fast: bool, kind: type[ObstacleLayerParams], short: int
 ) -> None:
     """What stood one to four cells nearer was seen first; Nav2's voxel_layer.cpp, lines 343 ff."""
     for cells in range(1, 5):
@@ -96,7 +96,7 @@ def test_beams_of_a_voxel_layer_end_two_cells_before_the_return(
         assert is_marked(costmap, nearer)
         costmap.update(Pose2D(), ahead(1.025, stamp=0.1), 0.1)
         assert is_marked(costmap, 1.025)
-        assert is_marked(costmap, nearer) is (cells < kept_up_to), cells
+        assert is_marked(costmap, nearer) is (cells < short), cells
 
 
 def test_a_return_nearer_than_two_cells_clears_the_sensors_own_at_most() -> None:

@@ -263,7 +263,7 @@ def test_parameters_of_spin_belong_to_its_server(inspect):
 def test_dwb_without_critics_has_the_scales_that_foxy_gave_them(inspect):
     nav2 = inspect(DWB)
     missing = told(nav2, "missing-value")["controller_server: FollowPath.critics"]
-    assert "does not start without it; list them, as in critics: [Rot" in str(missing)
+    assert "needs it to start; list them, as in critics: [Rot" in str(missing)
     assert str(missing).startswith("line 5: ") and not missing.is_error
     scales = {name: getattr(read_dwb(nav2), name).scale for name in read_dwb(nav2).critics}
     assert scales == {

@@ -45,7 +45,7 @@ from navstack.planning.smac.motions import (
     lattice,
     read_lattice,
 )
-from navstack.planning.smac.pose_kernels import dearest, step_cost
+from navstack.planning.smac.pose_kernels import cost_of_motion, dearest, step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
 from navstack.planning.smac.pose_problem import Goal, Penalties, SearchGround
 from navstack.planning.smac.smac_2d import Smac2D
@@ -260,7 +260,17 @@ def test_a_lattices_motion_costs_what_its_dearest_cell_does():
     poses = np.array(((1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0), (99.0, 0.0, 0.0)))
     assert dearest(costs, 2.5, 2.5, poses) == 200
     assert dearest(costs, 2.5, 3.5, poses) == 0
-    assert lattice(5.0).by_dearest and not arcs(16, 4.0, False).by_dearest
+    penalties = Penalties(2.0, 0.0, 1.0, 1.0, 0.0, 5.0)
+    found = []
+    for motions in (arcs(16, 4.0, False), lattice(5.0)):
+        k = int(np.flatnonzero(motions.kinds[0] == LEFT)[0])
+        under = motions.poses[0, k, : motions.counts[0, k], :2] + 20.5
+        costs = np.zeros((60, 60), dtype=np.uint8)
+        costs[int(under[0, 1]), int(under[0, 0])] = 252
+        assert costs[int(under[-1, 1]), int(under[-1, 0])] == 0
+        way = cost_of_motion(costs, motions, penalties, 20.5, 20.5, 0, k, -1)
+        found.append(way / motions.lengths[0, k])
+    assert found == [approx(1.0), approx(1.0 + 1.0)]
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,26 @@ def test_tiles_are_walkable_where_the_map_is(
     assert (unknown == (town()[::-1] == 205)).all()
 
 
+@pytest.mark.parametrize("has_ground", [False, True])
+def test_walls_of_a_tile_without_ground_are_there(
+    tmp_path: Path, has_ground: bool, write: Callable[..., Path]
+) -> None:
+    """A solid tile keeps the robot out, and what no tile covers is not walkable either."""
+    file = write()
+    cells = np.full((200, 600), 254, dtype=np.uint8)
+    cells[:, 200:400] = 0
+    Image.fromarray(cells).save(tmp_path / "town.png")
+    if has_ground:
+        write_ground(file, cells != 254)
+    assert tiles(file) == 0
+    part = load_part(file.parent / "tiles", "town", Rect(-12.0, 4.0, 30.0, 20.0), (0.0, 7.0))
+    assert (part.geometry.data[20:, 205:395] == OCCUPIED).all()
+    assert part.obstacles
+    below = part.geometry.data[:5]
+    assert (below == (FREE if has_ground else OCCUPIED)).all()
+    assert (part.walkable.data[:5] == OCCUPIED).all()
+
+
 def test_a_map_is_cut_anew_when_its_walkable_ground_is_another(
     write: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

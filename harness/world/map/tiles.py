@@ -16,7 +16,7 @@ from harness.world.map.shapes import Rect
 from harness.world.map.sidewalk import largest_part, without_slivers
 from navstack.costmap.map_image import MAX_PIXELS, image_size
 from navstack.costmap.map_io import load_metadata
-from navstack.costmap.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from navstack.costmap.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from navstack.errors import MapError
 from navstack.types import BoolArray, FloatArray, Pose2D
 
@@ -78,8 +78,9 @@ def load_part(folder: Path, name: str, window: Rect, at: tuple[float, float]) ->
         raise MapError(
             f"{folder}: a part of {width} x {height} cells is needed at once; at most {MAX_PIXELS}"
         )
-    is_ground_given = near[0].is_ground_given
-    beyond = FREE if is_ground_given else UNKNOWN  # where no tile is
+    is_ground_given = all(tile.is_ground_given for tile in near)
+    # where no tile is; without a given ground nothing else keeps the robot out of there
+    beyond = FREE if is_ground_given else OCCUPIED
     solid = np.full((height, width), beyond, dtype=np.int8)
     closed = np.full((height, width), OCCUPIED, dtype=np.int8)
     for tile in near:

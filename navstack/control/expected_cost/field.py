@@ -15,6 +15,7 @@ from navstack.types import FloatArray, FloatMatrix, IntArray, Path, Pose2D
 # of each cell (height, width) [m]; infinite: no way leads there
 CostToGo = Callable[[Costmap, Pose2D], FloatArray]
 _UPHILL = 4.0  # metres of cost per metre into what no way leads through
+_NO_WAY = 1e5  # [m] far from the robot, where no way leads
 _SMOOTHED = 1.0  # [cells] standard deviation over which directions are averaged
 
 
@@ -50,18 +51,23 @@ def make_field_around(
 ) -> CostToGoField:
     """As :func:`make_field`, but finished only within ``reach`` [m] of a pose along x and along y.
 
-    Elsewhere its slopes are 0, and where no way leads it is infinite.
+    Elsewhere its slopes are 0, and where no way leads it is ``_NO_WAY``.
     """
     metres = cost_to_go(ways, goal)
     column, row = ways.world_to_map(pose.x, pose.y)
     column = min(max(column, 0), ways.size_x - 1)
     row = min(max(row, 0), ways.size_y - 1)
     cells = math.ceil(reach / ways.resolution)
-    near = np.s_[max(row - cells, 0) : row + cells, max(column - cells, 0) : column + cells]
+    rows = slice(max(row - cells, 0), row + cells + 1)
+    columns = slice(max(column - cells, 0), column + cells + 1)
+    near = (rows, columns)
     part = np.ascontiguousarray(metres[near])
+    if np.isinf(part).all():
+        return make_field(ways, goal, cost_to_go)
     down_x, down_y = np.zeros_like(metres), np.zeros_like(metres)
     down_x[near], down_y[near] = _slopes(part, ways.resolution)
     metres[near] = part
+    metres[np.isinf(metres)] = _NO_WAY
     return CostToGoField(metres, down_x, down_y, ways.origin_x, ways.origin_y, ways.resolution)
 
 

@@ -1,8 +1,9 @@
 """Where people walk, as the robot has seen it, and how much longer that makes ways.
 
-A way is as much longer as people are met on it: a metre among ``n`` people per square metre counts
-``1 + flow_weight n`` metres, where those who come towards the robot count more than those who walk
-along with it. So the robot goes round a crowd before it stands in front of it.
+A way is as much longer as people are met on it: a metre counts ``1 + flow_weight n`` metres. ``n``
+is how many people per square metre were seen there, and as many again as are expected there, so
+that who stands counts twice. Those who come towards the robot count more than those who walk along
+with it. So the robot goes round a crowd before it stands in front of it.
 """
 
 import math
@@ -97,9 +98,10 @@ class PeopleFlow:
         count_people(grid, clearance, field, rows_of(tracks, stamp), self._speed)
 
     def lengthen(self, ways: Costmap, weight: float) -> Costmap:
-        """The ways, where a metre among one person per m2 counts ``weight`` metres more.
+        """The ways, where a metre counts ``weight`` metres more per person and m2.
 
-        Four metres more at most: a costmap has no dearer cells.
+        People seen and people expected are added. Four metres more at most: a costmap has no
+        dearer cells.
         """
         grid = self._grid
         everywhere = mean_rate(grid)

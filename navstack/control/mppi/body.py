@@ -23,7 +23,9 @@ _CIRCLES = (4, 2)  # along and across the body
 _SLACK = 2.0
 # [cells] twice between the body's edge and the outline's cells: at one pose and at a later one
 OUTLINE_SLACK = 2.5
-ALWAYS = 0.0  # check_from: the outline counts everywhere
+# of check_from
+EVERYWHERE = 0.0  # free cells included
+ANY_COST = 1.0
 
 
 class CollisionBody(NamedTuple):
@@ -36,7 +38,7 @@ class CollisionBody(NamedTuple):
     radius: float  # of the circle around the base that holds the body and all these centres
     reach: FloatVector  # (256,) to the nearest lethal cell at least, by the cost of a cell
     uses_outline: bool  # False: the centre alone counts
-    check_from: float  # cost of the centre from which the outline is looked at; ALWAYS: everywhere
+    check_from: float  # cost of the centre from which the outline is looked at
     tracks_unknown: bool  # unknown cells are no obstacles
 
 
@@ -54,8 +56,10 @@ def make_body(
     bound = np.zeros(256)
     if layer is not None and inflates_all:
         bound = _least_distances(layer, inscribed)
-    check_from = ALWAYS
-    if layer is not None and layer.inflation_radius >= circumscribed:
+    check_from = EVERYWHERE
+    if layer is not None and layer.inflation_radius < circumscribed:
+        check_from = ANY_COST
+    elif layer is not None:
         check_from = float(inflation_cost(circumscribed, inscribed, layer.cost_scaling_factor))
     return CollisionBody(
         np.ascontiguousarray(footprint),

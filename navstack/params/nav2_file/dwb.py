@@ -37,7 +37,7 @@ def missing_critics(
         plugin = entries.get(f"{visit.prefix}plugin")
         name = f"{visit.prefix}critics"
         if visit.params is DwbParams and plugin is not None and name not in entries:
-            message = "is missing; Nav2's controller server does not start without it"
+            message = "is missing; since Galactic Nav2's controller server needs it to start"
             advice = f"list them, as in critics: [{', '.join(DwbParams().critics)}]"
             yield Notice("missing-value", f"{node}: {name}", message, advice, plugin.line)
 

@@ -225,6 +225,10 @@ def read_lattice(path: Path, resolution: float) -> tuple[Motions, float]:
         primitives = [_stored(primitive, made_for) for primitive in content["primitives"]]
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise ParameterError(f"lattice file {path}: is none of Nav2's: {error!r}") from None
+    if not (math.isfinite(radius) and radius > 0.0):
+        raise ParameterError(
+            f"lattice file {path}: turning_radius {radius:g} must be more than 0 m"
+        )
     if not math.isclose(made_for, resolution, rel_tol=1e-3):
         raise ParameterError(
             f"lattice file {path}: is for {made_for:g} m per cell, the costmap has {resolution:g} m"

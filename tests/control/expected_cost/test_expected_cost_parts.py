@@ -145,7 +145,7 @@ def test_swerves_come_back_for_half_as_long():
     assert not back[:, [library.KIND, library.KIND_2]].any()
 
 
-def test_variations_are_normal_andwithin_the_speeds():
+def test_variations_are_normal_and_within_the_speeds():
     motions = np.array(
         (
             (0.0, 1.9, 0.1, 0.1, 0.0, -0.4, 0.0, 9.0, 2.0),

@@ -69,7 +69,7 @@ def flow(world: Costmap) -> PeopleFlow:
 
 
 def test_who_comes_towards_the_robot_is_met_faster_than_who_walks_along(world: Costmap) -> None:
-    """On the lower street the way leads up, so that 1 m/s is half of the robot's speed."""
+    """On the left street the way leads up, so that 1 m/s is half of the robot's speed."""
     field = make_field(ways_of(world, 0.2), Pose2D(10.0, 36.0, 0.0), cost_to_go)
     for velocity, expected in (((0.0, 2.0), 0.0), ((0.0, 0.0), 1.0), ((0.0, -1.0), 1.5)):
         assert meeting_rate(field, 10.0, 15.0, *velocity, 2.0) == approx(expected, abs=0.02)
@@ -228,3 +228,31 @@ def test_around_a_pose_the_field_is_that_of_the_whole_map(
         assert one[near].size
         assert_array_equal(one[near], other[near])
     assert np.isfinite(part.cost[near]).all()
+
+
+def test_the_field_that_is_followed_is_the_crowds_as_far_as_motions_lead(world: Costmap) -> None:
+    """The whole map's field of the same costs, 10 m around, where 8.6 m can be driven."""
+    field = GoalField(CROWDED, world, cost_to_go)
+    here = Pose2D(10.0, 14.0, 0.0)
+    field.take(plan(), at(here, 0.0))
+    field.look([person(10.0, 24.9, 0.0, -1.0)], at(here, 0.0), map_clearance(world))
+    flow = field._flow
+    assert flow is not None
+    assert flow._grid.looks[cell_of(flow._grid, 10.0, 24.9)] == 1.0, "seen up to 12 m"
+    assert (flow._memory, flow._reach, flow._speed) == (60.0, CROWDED.range, CROWDED.max_speed)
+    ways = ways_of(world, 0.2)
+    whole = make_field(flow.lengthen(ways, 25.0), GOAL, cost_to_go)
+    near = np.s_[20:120, 10:100]
+    is_open = ways.data[near] == 0
+    for one, other in zip(field.followed[:3], whole[:3], strict=True):
+        assert_array_equal(one[near][is_open], other[near][is_open])
+
+
+def test_in_a_yard_without_a_way_out_the_field_leads_to_the_nearest_way() -> None:
+    world = two_streets()
+    world.data[210:590, 290:510] = 0  # the block is hollow
+    ways = ways_of(world, 0.2)
+    whole = make_field(ways, GOAL, cost_to_go)
+    part = make_field_around(ways, GOAL, cost_to_go, Pose2D(20.0, 20.0), 3.0)
+    assert_array_equal(part.slope_y, whole.slope_y)
+    assert cost_at(part, 20.0, 20.0) == cost_at(whole, 20.0, 20.0) > 10.0

@@ -103,7 +103,9 @@ class Twin:
         if not critic.consider_footprint:
             return costs, np.zeros(costs.shape, dtype=bool)
         least = 0
-        if layer is not None and layer.inflation_radius >= self.circumscribed:
+        if layer is not None and layer.inflation_radius < self.circumscribed:
+            least = 1
+        elif layer is not None:
             least = inflation_cost(self.circumscribed, self.inscribed, layer.cost_scaling_factor)
         looked = (costs >= least) & (in_free_cells | (costs > 0))
         worst = costs.copy()

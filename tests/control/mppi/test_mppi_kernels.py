@@ -246,7 +246,7 @@ def test_the_scenes_try_all_critics():
             )
         },
         {
-            # narrower than the robot: its outline counts where its centre is in free cells
+            # narrower than the robot: its outline counts where its centre has any cost
             "local_costs": LocalCosts(
                 {"inflation_layer": replace(LAYER, inflation_radius=0.2)}, ends_inflated=True
             ),
