@@ -77,7 +77,9 @@ def cut(path: Path, folder: Path, name: str) -> LargeMap:
         _require_same_cells(ground_path, path)
         grounds = (ground for _, _, ground in load_squares(ground_path, side))
     boxes, free, files = [], [], []
-    for (column, row, square), ground in zip(load_squares(path, side), grounds, strict=False):
+    for (column, row, square), ground in zip(
+        load_squares(path, side), grounds, strict=ground_path is not None
+    ):
         corner = Pose2D(round(square.origin.x / r) * r, round(square.origin.y / r) * r, 0.0)
         tile = OccupancyGrid(square.data, r, corner)
         boxes.append((corner.x, corner.y, corner.x + tile.width * r, corner.y + tile.height * r))

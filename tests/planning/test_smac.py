@@ -45,7 +45,7 @@ from navstack.planning.smac.motions import (
     lattice,
     read_lattice,
 )
-from navstack.planning.smac.pose_kernels import cost_of_motion, dearest, step_cost
+from navstack.planning.smac.pose_kernels import cost_of_motion, dearest, search_poses, step_cost
 from navstack.planning.smac.pose_planner import SmacHybrid, SmacLattice
 from navstack.planning.smac.pose_problem import Goal, Penalties, SearchGround
 from navstack.planning.smac.smac_2d import Smac2D
@@ -304,17 +304,24 @@ def test_a_lattice_file_says_how_tight_its_curves_are(tmp_path):
     assert tightest[1] > 0.95
 
 
-def test_curves_reach_as_far_on_a_downsampled_costmap_as_nav2s():
+def test_curves_reach_as_far_on_a_downsampled_costmap_as_nav2s(monkeypatch):
     """The limit of their length is in cells of the costmap itself: twice as far at factor 2."""
-    params = SmacHybridParams(downsample_costmap=True, downsampling_factor=2)
-    planner = SmacHybrid(params)
+    used = []
+
+    def search(*given):
+        used.append(given[-1].max_length)
+        return search_poses(*given)
+
+    monkeypatch.setattr("navstack.planning.smac.pose_planner.search_poses", search)
     costmap = Costmap(np.zeros((100, 100), dtype=np.uint8), 0.05, 0.0, 0.0)
-    asked = []
-    planner._expansion = lambda radius, reverses, size: (
-        asked.append(size) or SmacHybrid._expansion(planner, radius, reverses, size)
-    )
-    planner.plan(Pose2D(1.0, 1.0), Pose2D(4.0, 1.0), costmap)
-    assert asked == [0.05]
+    for factor in (1, 2):
+        params = SmacHybridParams(
+            downsample_costmap=factor > 1,
+            downsampling_factor=factor,
+            analytic_expansion_max_length=3.0,
+        )
+        SmacHybrid(params).plan(Pose2D(1.0, 1.0), Pose2D(4.0, 1.0), costmap)
+    assert used == [approx(60.0), approx(60.0)]
 
 
 def street(gap=1.2):
