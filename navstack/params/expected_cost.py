@@ -44,8 +44,8 @@ class ExpectedCostParams(Parameters, whose="expected-cost controller"):
     # [-] waiting time before a detour, per second that the detour takes longer; above 0 the field
     # is also computed again as soon as the plan is shorter by the same ratio
     detour_patience: NotNegative = 0.0
-    # [m2] by which a metre counts as longer per person and square metre, those seen and those
-    # expected added; 0: people do not lengthen ways
+    # [m2] by which a metre counts as longer per person and square metre, on average over those seen
+    # and those expected; 0: people do not lengthen ways
     flow_weight: NotNegative = 0.0
     flow_memory: Positive = 60.0  # [s] over which where people walked is forgotten
     # [m] beside the planner's path within which the field leads to the goal; 0: anywhere

@@ -1,9 +1,9 @@
 """Where people walk, as the robot has seen it, and how much longer that makes ways.
 
 A way is as much longer as people are met on it: a metre counts ``1 + flow_weight n`` metres. ``n``
-is how many people per square metre were seen there, and as many again as are expected there, so
-that who stands counts twice. Those who come towards the robot count more than those who walk along
-with it. So the robot goes round a crowd before it stands in front of it.
+is the mean of how many people per square metre were seen there and of how many are expected there.
+Those who come towards the robot count more than those who walk along with it. So the robot goes
+round a crowd before it stands in front of it.
 """
 
 import math
@@ -18,7 +18,7 @@ from navstack.control.expected_cost.clearance import Clearance, clearance_at
 from navstack.control.expected_cost.field import CostToGoField, blend, corner_of
 from navstack.costmap.costmap import INSCRIBED_INFLATED_OBSTACLE, Costmap
 from navstack.jit import njit
-from navstack.types import FloatArray, FloatMatrix, Pose2D, Track
+from navstack.types import BoolMatrix, FloatArray, FloatMatrix, Pose2D, Track
 
 _BLOCK = 4  # cells of the field along each side of one here
 _SPREAD = 0.8  # [m] standard deviation of the normal distribution that each person is spread over
@@ -94,24 +94,23 @@ class PeopleFlow:
         grid.looks[:] *= kept
         grid.met[:] *= kept
         grid.coming[:] = 0.0
-        mark_seen(grid, clearance, pose.x, pose.y, self._reach)
-        count_people(grid, clearance, field, rows_of(tracks, stamp), self._speed)
+        is_seen = mark_seen(grid, clearance, pose.x, pose.y, self._reach)
+        count_people(grid, is_seen, clearance, field, rows_of(tracks, stamp), self._speed)
 
     def lengthen(self, ways: Costmap, weight: float) -> Costmap:
         """The ways, where a metre counts ``weight`` metres more per person and m2.
 
-        People seen and people expected are added. Four metres more at most: a costmap has no
-        dearer cells.
+        Four metres more at most: a costmap has no dearer cells.
         """
         grid = self._grid
         everywhere = mean_rate(grid)
-        rate = (_spread(grid, grid.met) + _PRIOR * everywhere) / (
+        seen = (_spread(grid, grid.met) + _PRIOR * everywhere) / (
             _spread(grid, grid.looks) + _PRIOR
         )
-        rate += _spread(grid, grid.coming) / _AHEAD
-        area = grid.cell * grid.cell
+        expected = _spread(grid, grid.coming) / _AHEAD
+        per_area = 0.5 * (seen + expected) / (grid.cell * grid.cell)
         dearest = INSCRIBED_INFLATED_OBSTACLE - 1
-        dearer = np.minimum(_COSTS * weight / area * rate, dearest).astype(np.uint16)
+        dearer = np.rint(np.minimum(_COSTS * weight * per_area, dearest)).astype(np.uint16)
         of_cells = np.repeat(np.repeat(dearer, _BLOCK, axis=0), _BLOCK, axis=1)
         costs = np.minimum(ways.data + of_cells[: ways.size_y, : ways.size_x], dearest)
         is_open = ways.data < INSCRIBED_INFLATED_OBSTACLE
@@ -141,8 +140,13 @@ def mean_rate(grid: FlowGrid) -> float:
 
 
 @njit(ahead=True)
-def mark_seen(grid: FlowGrid, clearance: Clearance, x: float, y: float, reach: float) -> None:
-    """Count a look at each cell within ``reach`` [m] of (x, y) [m] that nothing hides."""
+def mark_seen(
+    grid: FlowGrid, clearance: Clearance, x: float, y: float, reach: float
+) -> BoolMatrix:
+    """Count a look at each cell within ``reach`` [m] of (x, y) [m] that nothing hides.
+
+    Returns which these are (height, width).
+    """
     beams = int(2.0 * math.pi * reach / grid.cell) + 1
     steps = int(reach / _SIGHT_STEP)
     is_seen = np.zeros(grid.looks.shape, dtype=np.bool_)
@@ -157,11 +161,13 @@ def mark_seen(grid: FlowGrid, clearance: Clearance, x: float, y: float, reach: f
             if row >= 0 and not is_seen[row, column]:
                 is_seen[row, column] = True
                 grid.looks[row, column] += 1.0
+    return is_seen
 
 
 @njit(ahead=True)
 def count_people(
     grid: FlowGrid,
+    is_seen: BoolMatrix,
     clearance: Clearance,
     field: CostToGoField,
     people: FloatMatrix,
@@ -169,6 +175,7 @@ def count_people(
 ) -> None:
     """Count people (n, FIELDS) where they are, and where they are in each of the next seconds.
 
+    Now they count in cells that are looked at (height, width), as only these count a look.
     They walk on straight until an obstacle. Each counts as the speed at which a robot meets them
     that follows the field at ``speed`` [m/s], over that speed (as in the kinetic theory of gases).
     """
@@ -184,10 +191,10 @@ def count_people(
             if row < 0:
                 break
             rate = meeting_rate(field, x, y, vx, vy, speed)
-            if second == 0:
-                grid.met[row, column] += rate
-            else:
+            if second > 0:
                 grid.coming[row, column] += rate
+            elif is_seen[row, column]:
+                grid.met[row, column] += rate
 
 
 @njit(inline="always")

@@ -102,11 +102,26 @@ def test_people_are_counted_where_they_are_and_where_they_walk_to(
     grid = flow._grid
     field = make_field(ways_of(world, 0.2), GOAL, cost_to_go)
     people = rows_of([person(8.4, 8.4, 0.0, 1.6), person(11.6, 20.4, 1.6, 0.0)], 0.0)
-    count_people(grid, map_clearance(world), field, people, 2.0)
+    everywhere = np.ones(grid.looks.shape, dtype=np.bool_)
+    count_people(grid, everywhere, map_clearance(world), field, people, 2.0)
     now = {cell_of(grid, 8.4, 8.4), cell_of(grid, 11.6, 20.4)}
     assert {tuple(each) for each in np.argwhere(grid.met > 0.0).tolist()} == now
     later = {cell_of(grid, 8.4, 8.4 + 1.6 * s) for s in range(1, 6)} | {cell_of(grid, 13.2, 20.4)}
     assert {tuple(each) for each in np.argwhere(grid.coming > 0.0).tolist()} == later
+
+
+def test_who_is_not_looked_at_is_expected_but_not_counted_as_seen(
+    world: Costmap, flow: PeopleFlow
+) -> None:
+    """One is 13 m away, one behind the block's corner, one in sight."""
+    field = make_field(ways_of(world, 0.2), GOAL, cost_to_go)
+    people = [person(7.0, 6.0), person(13.0, 14.0), person(19.0, 8.0)]
+    flow.look(people, Pose2D(20.0, 6.0, 0.0), 0.0, map_clearance(world), field)
+    grid = flow._grid
+    places = [cell_of(grid, each.x, each.y) for each in people]
+    assert [float(grid.looks[place]) for place in places] == [0.0, 0.0, 1.0]
+    assert [float(grid.met[place]) for place in places] == approx([0.0, 0.0, 1.0])
+    assert [float(grid.coming[place]) for place in places] == approx([5.0, 5.0, 5.0])
 
 
 def test_nobody_lengthens_nothing(world: Costmap, flow: PeopleFlow) -> None:
@@ -117,9 +132,9 @@ def test_nobody_lengthens_nothing(world: Costmap, flow: PeopleFlow) -> None:
 
 
 def test_a_person_who_stands_lengthens_ways_by_the_weight(world: Costmap, flow: PeopleFlow) -> None:
-    """Summed over the ground: the weight for who was there, and again for who will be.
+    """Summed over the ground: the mean of who was there and of who will be, which is one.
 
-    A look is as good as five of the average, which after 295 of them is nearly what was seen.
+    Five looks of the average are added to the sixty that are remembered.
     """
     ways = ways_of(world, 0.2)
     field = make_field(ways, GOAL, cost_to_go)
@@ -127,11 +142,11 @@ def test_a_person_who_stands_lengthens_ways_by_the_weight(world: Costmap, flow: 
     for stamp in range(295):
         flow.look(there, Pose2D(10.0, 8.0, 0.0), float(stamp), map_clearance(world), field)
     looks = 1.0 / (1.0 - math.exp(-1.0 / 60.0))  # the rest has faded
-    weight = 4.0
+    weight = 8.0
     dearer = (flow.lengthen(ways, weight).data.astype(float) - ways.data) / 62.5
     near = (np.s_[20:64], np.s_[20:64])
     was = looks / (looks + 5.0)
-    assert dearer[near].sum() * 0.04 == approx(weight * (was + 1.0), rel=0.1)
+    assert dearer[near].sum() * 0.04 == approx(weight * 0.5 * (was + 1.0), rel=0.02)
     assert dearer[42, 42] == dearer.max() <= 252 / 62.5
     assert_allclose(mean_rate(flow._grid) * (flow._grid.looks > 0.0).sum(), 1.0, rtol=1e-6)
 
