@@ -5,7 +5,7 @@
 The tracker is imported when it is asked for: it brings scipy.optimize along, which takes 0.2 s.
 """
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from navstack.behavior_tree import NavigateToPose
@@ -28,6 +28,7 @@ from navstack.params.extensions import algorithms, localizers
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.nodes import COSTMAPS
 from navstack.params.nav2_file.views import (
+    plans_through_unknown,
     read_behavior_server,
     read_behaviors,
     read_collision_monitor,
@@ -141,7 +142,7 @@ class NavigatorParts:
             "control_frequency": read_controller_server(nav2).controller_frequency,
             "xy_goal_tolerance": read_goal_checker(nav2).params.xy_goal_tolerance,
             "global_costmap": self.global_costmap.master,
-            "cost_to_go": cost_to_go,
+            "cost_to_go": partial(cost_to_go, allow_unknown=plans_through_unknown(nav2)),
             "prices": self._prices,
         }
         if "primary_controller" in table[plugin.type].needs:

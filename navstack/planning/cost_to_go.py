@@ -11,12 +11,13 @@ from navstack.types import FloatArray, Pose2D
 _WAITING = 200_000
 
 
-def cost_to_go(costmap: Costmap, goal: Pose2D) -> FloatArray:
+def cost_to_go(costmap: Costmap, goal: Pose2D, allow_unknown: bool = True) -> FloatArray:
     """The cost [m] of the way from each cell (height, width) to a goal, higher near obstacles.
 
-    Infinite where no way leads. A goal in an obstacle counts as the nearest free cell.
+    Infinite where no way leads, through unknown cells only if these are allowed. A goal in an
+    obstacle counts as the nearest free cell.
     """
-    field = PotentialField(allow_unknown=True, buffer_size=_WAITING)
+    field = PotentialField(allow_unknown, buffer_size=_WAITING)
     field.expand(costmap, _free_cell(costmap, goal), NOWHERE)
     metres = field.potential.astype(np.float64) * (costmap.resolution / float(COST_NEUTRAL))
     metres[field.potential >= POT_HIGH] = np.inf

@@ -140,9 +140,7 @@ def mean_rate(grid: FlowGrid) -> float:
 
 
 @njit(ahead=True)
-def mark_seen(
-    grid: FlowGrid, clearance: Clearance, x: float, y: float, reach: float
-) -> BoolMatrix:
+def mark_seen(grid: FlowGrid, clearance: Clearance, x: float, y: float, reach: float) -> BoolMatrix:
     """Count a look at each cell within ``reach`` [m] of (x, y) [m] that nothing hides.
 
     Returns which these are (height, width).

@@ -111,6 +111,11 @@ def read_planner(nav2: Nav2File) -> Plugin:
     return _first(nav2, PLANNER, "planners", names)
 
 
+def plans_through_unknown(nav2: Nav2File) -> bool:
+    """Whether that planner may cross unknown cells; one that is not told may."""
+    return bool(getattr(read_planner(nav2).params, "allow_unknown", True))
+
+
 def read_planners(nav2: Nav2File) -> list[Plugin]:
     """All planners that the file lists."""
     names = read_planner_server(nav2).planner_plugins

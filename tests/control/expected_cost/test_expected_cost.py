@@ -14,6 +14,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pytest import approx
 from scipy.ndimage import distance_transform_edt
 
+from harness.storage.shipped import shipped
+from navstack.build import NavigatorParts
 from navstack.control.contact_risk import body_of
 from navstack.control.controller import Surroundings
 from navstack.control.decision import RUNNER_UP, SLOWER
@@ -33,8 +35,10 @@ from navstack.control.expected_cost.field import cost_at, make_field, ways_of, w
 from navstack.control.expected_cost.motion_cost import TERMS, overlap_chance, price_all, price_one
 from navstack.control.expected_cost.people import turn
 from navstack.costmap.costmap import Costmap
+from navstack.costmap.occupancy_grid import OccupancyGrid
 from navstack.errors import InvalidPathError, ParameterError
 from navstack.params.expected_cost import DeliveryPrices
+from navstack.params.nav2_file.file import load_nav2
 from navstack.planning.cost_to_go import cost_to_go
 from navstack.types import Path, Pose2D, RobotState, Track, Twist2D
 
@@ -239,6 +243,22 @@ def test_the_field_is_the_way_to_the_goal_in_metres():
     field_module._nearest_outside.cache_clear()
     assert_array_equal(in_turn[1], make_field(ways_of(closed, 0.2), GOAL, cost_to_go).cost)
     assert_array_equal(in_turn[0], field.cost)
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_ways_cross_unknown_cells_where_the_planner_may(tmp_path, allowed):
+    """Known ground is cut in two by a stretch of unknown cells."""
+    text = (shipped("params") / "nav2" / "expected_cost.yaml").read_text()
+    text = text.replace("allow_unknown: true", f"allow_unknown: {str(allowed).lower()}")
+    (tmp_path / "robot.yaml").write_text(text)
+    nothing = OccupancyGrid(np.zeros((100, 100), np.int8), 0.1, Pose2D())
+    parts = NavigatorParts(load_nav2(tmp_path / "robot.yaml"), nothing)
+    costs = np.zeros((40, 40), np.uint8)
+    costs[20:24] = 255
+    ways = Costmap(costs, 0.2, 0.0, 0.0)
+    metres = parts.controller._goal_field._cost_to_go(ways, Pose2D(4.0, 7.0))
+    assert np.isfinite(metres[25, 20])
+    assert np.isfinite(metres[5, 20]) == allowed
 
 
 def test_in_a_corridor_ways_lead_along_the_plan_only():
