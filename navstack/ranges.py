@@ -157,7 +157,8 @@ NotNegative = Annotated[float, NOT_NEGATIVE]
 # a length, speed, weight, ... of either sign, which Nav2 takes at any size: larger is a mistake
 Quantity = Annotated[float, within(-1e9, 1e9)]
 # for which files write .inf: a reach, a height or a time that limits nothing
-OpenQuantity = Annotated[float, within(-math.inf, math.inf)]
+_OPEN = within(-math.inf, math.inf)
+OpenQuantity = Annotated[float, _OPEN]
 Whole = Annotated[int, within(-(2**63), 2**63 - 1)]  # what a parameter of ROS 2 can hold
 Share = Annotated[float, within(0, 1)]
 PositiveInt = Annotated[int, POSITIVE]
@@ -169,7 +170,8 @@ class Parameters:
     """Base of a frozen dataclass whose fields are checked by their rules; None is always right.
 
     Class keywords: ``whose`` names the part of the robot's program in messages, where the name of
-    a field alone does not tell; with ``finite`` every decimal number must be finite, too.
+    a field alone does not tell; with ``finite`` decimal numbers must be finite, but for
+    :data:`OpenQuantity`.
     """
 
     __slots__ = ()
@@ -191,7 +193,7 @@ class Parameters:
             if value is None:
                 continue
             name = field.rstrip("_")  # a keyword of Python has an underscore after it
-            if self._finite and isinstance(value, float):
+            if self._finite and isinstance(value, float) and _OPEN not in rules:
                 _FINITE.taken(name, value, where)
             for rule in rules:
                 value = rule.taken(name, value, where)

@@ -94,8 +94,9 @@ class AmclParams(Parameters, whose="amcl", finite=True):
     recovery_candidates: Annotated[int, within(0, MOST_PARTICLES)] = 0
     # random particles are drawn from the free cells of every other row and column only
     freespace_downsampling: bool = False
-    update_min_d: NotNegative = 0.25  # [m] along x or y of odometry after which a scan counts
-    update_min_a: NotNegative = 0.2  # [rad] of rotation after which a scan counts
+    # [m] along x or y of odometry after which a scan counts; negative: every one does
+    update_min_d: Quantity = 0.25
+    update_min_a: Quantity = 0.2  # [rad] of rotation after which a scan counts
     random_seed: Whole = (
         -1
     )  # of the particle filter; negative: the generator that is given at reset

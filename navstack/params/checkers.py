@@ -20,7 +20,7 @@ class SimpleGoalCheckerParams(Parameters):
 
 @dataclass(frozen=True, slots=True)
 class PositionGoalCheckerParams(Parameters):
-    """``position_goal_checker.cpp`` of Nav2 Rolling."""
+    """``position_goal_checker.cpp``."""
 
     xy_goal_tolerance: Quantity = 0.25  # [m]
     stateful: bool = True  # as above

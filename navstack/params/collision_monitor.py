@@ -13,7 +13,7 @@ import numpy as np
 from navstack.errors import ParameterError, UnknownNameError
 from navstack.geometry import make_footprint
 from navstack.params.nav2_file.vertices import parse_vertices
-from navstack.ranges import Needed, NotNegative, Parameters, Positive, Quantity, Whole, one_of
+from navstack.ranges import Needed, Parameters, Quantity, Whole, one_of
 from navstack.types import FloatArray
 
 SHAPES = ("polygon", "circle", "velocity_polygon")
@@ -22,6 +22,7 @@ SCAN_SOURCES = ("scan", "pointcloud")  # types of sources that read the robot's 
 OTHER_SOURCES = ("range", "polygon", "costmap")  # ... and those that nothing feeds
 FEWEST_VERTICES = 4  # Nav2 refuses triangles
 MOST_LOOKS = 10_000  # of approach ahead in a cycle; Nav2's defaults make 20
+_AT_LEAST_ZERO = {"slowdown": ("slowdown_ratio",), "limit": ("linear_limit", "angular_limit")}
 _TYPE_NEEDED = Needed(
     ", and without it Nav2's collision monitor does not start; "
     f"give one of {', '.join(SHAPES)}, or take the zone from polygons"
@@ -91,7 +92,7 @@ class PolygonParams(Parameters):
     points: str | None = None
     # may be that footprint's; no other polygon is published here
     polygon_sub_topic: str | None = None
-    radius: Quantity | None = None  # [m] of a circle
+    radius: Quantity | None = None  # [m] of a circle, of either sign
     # the first one that covers the velocity counts
     velocity_polygons: tuple[str, ...] = field(default_factory=tuple)
     # by the names just above
@@ -103,26 +104,27 @@ class PolygonParams(Parameters):
     # points inside that trigger the action; Nav2 keeps the low 32 bits, see trigger_count
     min_points: Whole = 4
     max_points: Whole | None = None  # older name: one point less than min_points
-    slowdown_ratio: NotNegative = 0.5  # [-] of the velocity that slowdown leaves
-    linear_limit: NotNegative = 0.5  # [m/s] that limit leaves
-    angular_limit: NotNegative = 0.5  # [rad/s]
+    slowdown_ratio: Quantity = 0.5  # [-] of the velocity that slowdown leaves
+    linear_limit: Quantity = 0.5  # [m/s] that limit leaves
+    angular_limit: Quantity = 0.5  # [rad/s]
     # limit slows all axes alike; False: each for itself, as in Iron
     limit_keeps_curvature: bool = True
-    time_before_collision: Positive = 2.0  # [s] that approach looks ahead and keeps
-    simulation_time_step: Positive = 0.1  # [s] between the places it looks at
+    time_before_collision: Quantity = 2.0  # [s] that approach looks ahead and keeps
+    simulation_time_step: Quantity = 0.1  # [s] between the places it looks at
 
     def _check_together(self) -> None:
+        """Check the shape of a zone that is on, and what its action reads."""
+        if not self.enabled:
+            return
+        self._check_action()
         if self.type == "circle":
-            is_right = self.radius is not None and self.radius > 0.0
-            self._require("radius", is_right, "more than 0 for a circle")
+            allowed = "given for a circle: no topic publishes one here"
+            self._require("radius", self.radius is not None, allowed)
         if self.type == "velocity_polygon":
             is_right = len(self.velocity_polygons) > 0
             self._require("velocity_polygons", is_right, "the names of one polygon or more")
         if self.type == "polygon":
             self._check_polygon()
-        looks = self.time_before_collision / self.simulation_time_step
-        allowed = f"at least time_before_collision / {MOST_LOOKS:,}"
-        self._require("simulation_time_step", looks <= MOST_LOOKS, allowed)
 
     @property
     def trigger_count(self) -> int:
@@ -135,6 +137,17 @@ class PolygonParams(Parameters):
         if self.max_points is not None:
             count = self.max_points + 1
         return (count + 2**31) % 2**32 - 2**31
+
+    def _check_action(self) -> None:
+        for name in _AT_LEAST_ZERO.get(self.action_type, ()):
+            self._require(name, getattr(self, name) >= 0.0, "0 or more")
+        if self.action_type != "approach":
+            return
+        for name in ("time_before_collision", "simulation_time_step"):
+            self._require(name, getattr(self, name) > 0.0, "more than 0")
+        looks = self.time_before_collision / self.simulation_time_step
+        allowed = f"at least time_before_collision / {MOST_LOOKS:,}"
+        self._require("simulation_time_step", looks <= MOST_LOOKS, allowed)
 
     def _check_polygon(self) -> None:
         if self.points is not None:

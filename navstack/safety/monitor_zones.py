@@ -89,7 +89,7 @@ def make_zone(name: str, params: PolygonParams, footprint: FloatArray) -> Monito
     if params.type == "velocity_polygon":
         return VelocityZone(name, params)
     if params.type == "circle" and params.radius is not None:
-        return MonitorZone(name, params, _NO_VERTICES, params.radius)
+        return MonitorZone(name, params, _NO_VERTICES, abs(params.radius))
     if params.points is not None:
         footprint = parse_polygon(params.points)
     return MonitorZone(name, params, footprint)

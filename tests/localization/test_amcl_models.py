@@ -238,6 +238,14 @@ def test_motion_models_by_name(name, kernel):
     np.testing.assert_allclose(poses, expected, atol=1e-12)
 
 
+def test_ranges_may_be_infinite_and_steps_negative():
+    """As Nav2 reads them: the scan's own range, and every scan counts."""
+    given = {"laser_max_range": math.inf, "laser_min_range": -math.inf, "update_min_d": -1.0}
+    params = AmclParams(**given)
+    assert (params.laser_max_range, params.laser_min_range) == (math.inf, -math.inf)
+    assert params.update_min_d == -1.0
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

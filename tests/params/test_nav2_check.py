@@ -257,6 +257,24 @@ def test_sections_that_no_list_names_are_ignored(inspect):
     assert "local_costmap: static_layer (no list names it)" in file.ignored
 
 
+def test_what_nodes_of_a_tree_read_is_ignored_not_unknown(inspect):
+    """Nav2 hands all parameters of bt_navigator on to them."""
+    file = inspect("bt_navigator: {ros__parameters: {goal_reached_tol: 0.25, my_node_topic: /x}}")
+    assert not file.errors and not file.warnings
+    ignored = ["bt_navigator: goal_reached_tol", "bt_navigator: my_node_topic"]
+    assert [name for name in file.ignored if "bt_navigator" in name] == ignored
+    misspelt = inspect("bt_navigator: {ros__parameters: {bt_loop_durations: 10}}")
+    assert "did you mean 'bt_loop_duration'" in only_error(misspelt)
+
+
+def test_a_costmap_source_of_the_monitor_has_parameters_of_its_own(inspect):
+    file = inspect(
+        "collision_monitor:\n  ros__parameters:\n    observation_sources: [c]\n"
+        "    c: {type: costmap, cost_threshold: 254, treat_unknown_as_obstacle: true}\n"
+    )
+    assert not file.errors
+
+
 def test_what_has_no_effect_is_listed_once(inspect):
     file = inspect(
         DWB + "    use_sim_time: true\n    odom_topic: odom\n"

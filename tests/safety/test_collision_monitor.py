@@ -405,6 +405,31 @@ def test_a_file_is_read(tmp_path: Path) -> None:
     assert read_collision_monitor(again) == params
 
 
+@pytest.mark.parametrize(
+    "zone_text",
+    [
+        "{type: circle, radius: -0.4, action_type: stop, max_points: 2}",  # Nav2 squares it
+        # read for other actions only
+        "{type: circle, radius: 0.4, action_type: stop, max_points: 2, slowdown_ratio: -0.1, "
+        "linear_limit: -1.0, time_before_collision: 0.0, simulation_time_step: 0.0}",
+    ],
+)
+def test_what_nav2_does_not_read_of_a_zone_may_be_anything(tmp_path: Path, zone_text: str) -> None:
+    given = "{type: circle, radius: 0.4, action_type: stop, max_points: 2}"
+    assert FILE.count(given) == 1
+    monitor = CollisionMonitor(
+        read_collision_monitor(load(tmp_path, FILE.replace(given, zone_text))), FOOTPRINT
+    )
+    assert process(monitor, (0.39, 0.0), (0.0, 0.39), (-0.39, 0.0)) == STANDSTILL
+    assert process(monitor, (0.41, 0.0), (0.0, 0.41), (-0.41, 0.0)) == FORWARD
+
+
+def test_a_zone_that_is_off_needs_no_shape(tmp_path: Path) -> None:
+    text = FILE.replace("radius: 0.4,", "polygon_sub_topic: /size, enabled: false,")
+    monitor = CollisionMonitor(read_collision_monitor(load(tmp_path, text)), FOOTPRINT)
+    assert process(monitor, (0.1, 0.0), (0.0, 0.1), (-0.1, 0.0)) == FORWARD
+
+
 def test_a_file_without_a_monitor_has_no_zones(tmp_path: Path) -> None:
     file = load(tmp_path, "planner_server: {ros__parameters: {use_sim_time: true}}")
     assert read_collision_monitor(file) == CollisionMonitorParams()
@@ -415,7 +440,11 @@ def test_a_file_without_a_monitor_has_no_zones(tmp_path: Path) -> None:
     [
         ("circle", "square", "type square must be one of"),
         ("action_type: stop", "action_type: halt", "action_type halt must be one of"),
-        ("radius: 0.4", "radius: -0.4", "radius -0.4 must be"),
+        ("radius: 0.4", "polygon_sub_topic: /size", "given for a circle: no topic publishes"),
+        ("stop, max", "slowdown, slowdown_ratio: -0.1, max", "slowdown_ratio -0.1 must be 0 or"),
+        ("stop, max", "limit, angular_limit: -1.0, max", "angular_limit -1.0 must be 0 or more"),
+        ("stop, max", "approach, simulation_time_step: 0.0, max", "0.0 must be more than 0"),
+        ("stop, max", "approach, time_before_collision: 1001.0, max", "at least time_before"),
         ("type: circle", "type: polygon", "'points' are absent"),
         ("[1.1, 0.5], ", "", "at least 4 pairs"),
         ("type: range", "type: radar", "type radar must be one of"),

@@ -12,7 +12,7 @@ _DECLARE = re.compile(
     r"\s*(?:<([^<>]*(?:<[^<>]*>)?)>)?\s*\("
 )
 _GETTER = re.compile(r"auto\s+(\w+)\s*=\s*[\w.>()-]+getParamGetter\(([^;]*)\);")
-_ALIAS = re.compile(r"std::string\s+(\w+)\s*=\s*([^;]*\"[^;]*);")
+_ALIAS = re.compile(r"(?:std::string|auto)\s+(\w+)\s*=\s*([^;]*\"[^;]*);")
 _COMMENT = re.compile(r'//[^\n]*|/\*.*?\*/|("(?:\\.|[^"\\])*")', re.DOTALL)
 _TEXT = re.compile(r'"((?:\\.|[^"\\])*)"')
 _NUMBER = re.compile(r"(?<![\w.])((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)[fFuUlL]*(?![\w.])")

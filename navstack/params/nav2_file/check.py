@@ -280,6 +280,9 @@ class Checker:
         misspelt = place.misspells(name)
         message = unknown_name(self._catalog, name, misspelt, known, place.block.own_keys)
         is_misspelt = misspelt or nearly_equal(name, known)
+        if place.block.is_shared and not is_misspelt:
+            self._ignore(path)
+            return
         self._error(MISSPELT if is_misspelt else UNKNOWN_KEY, path, message, line)
 
     def _unknown_plugin(

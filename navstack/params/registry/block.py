@@ -34,6 +34,8 @@ class ParameterBlock:
     # parameter naming a plugin that shares this namespace
     delegates: Mapping[str, str] = field(default_factory=dict)
     is_open: bool = False  # any parameter is accepted
+    # names that are not known belong to what users add, unless they all but spell a known one
+    is_shared: bool = False
 
     @property
     def structure_keys(self) -> frozenset[str]:

@@ -92,4 +92,5 @@ def block_of(
         renamed=table.get("renamed", {}),
         delegates=table.get("delegates", {}),
         is_open=table.get("is_open", False),
+        is_shared=table.get("is_shared", False),
     )
