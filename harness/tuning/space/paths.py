@@ -23,6 +23,7 @@ from navstack.errors import ParameterError, did_you_mean
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.findings import Visit
 from navstack.params.nav2_file.ros_yaml import PARAMETERS, is_placeholder
+from navstack.params.nav2_file.views import idle_plugins
 from navstack.params.registry.bindings import ONLY_WITHOUT
 from navstack.type_hints import hints_of
 
@@ -167,7 +168,7 @@ def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
         )
     known = {
         each: (kind, default)
-        for visit in nav2.visits.get(node, ())
+        for visit in _visits(nav2, node)
         for each, kind, default in _parameters(nav2, node, visit)
     }
     given = _TYPE.search(name)
@@ -180,6 +181,16 @@ def _find(nav2: Nav2File, path: str) -> tuple[str, str, int | None, Any, Any]:
     if kind is not str and is_placeholder(value):  # as the parameter itself is read
         value = default
     return node, name, index, kind, value
+
+
+def _visits(nav2: Nav2File, node: str) -> list[Visit]:
+    """What is read of a node, but for plugins that are listed and not used."""
+    idle = idle_plugins(nav2, node)
+    return [
+        visit
+        for visit in nav2.visits.get(node, ())
+        if visit.prefix.partition(".")[0] not in idle
+    ]
 
 
 def _names_list(nav2: Nav2File, path: str) -> bool:
@@ -214,9 +225,7 @@ def _prefix_of(nav2: Nav2File, node: str, plugin: str, path: str) -> str:
         raise ParameterError(
             f"path '{path}': unknown plugin '{plugin}'{did_you_mean(plugin, types_)}"
         )
-    found = next(
-        (visit.prefix for visit in nav2.visits.get(node, ()) if visit.params in params), None
-    )
+    found = next((visit.prefix for visit in _visits(nav2, node) if visit.params in params), None)
     if found is None:
         raise NoPluginError(
             f"path '{path}': {nav2.path.name} has no {plugin} in {node}; choose another search "

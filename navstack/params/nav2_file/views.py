@@ -321,6 +321,22 @@ def preferred(name: str, names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
+def idle_plugins(nav2: Nav2File, node: str) -> set[str]:
+    """Names of the controllers, checkers and planners of a file that nothing asks for."""
+    lists: tuple[tuple[str, ...], ...] = ()
+    if node == PLANNER:
+        lists = (preferred(DEFAULT_PLANNER, read_planner_server(nav2).planner_plugins),)
+    elif node == CONTROLLER:
+        server = read_controller_server(nav2)
+        lists = (
+            preferred(DEFAULT_CONTROLLER, server.controller_plugins),
+            server.goal_checker_plugins,
+            server.progress_checker_plugins,
+        )
+    used = {names[0] for names in lists if names}
+    return {name for names in lists for name in names} - used
+
+
 def _first(nav2: Nav2File, node: str, family: str, names: tuple[str, ...]) -> Plugin:
     """The first plugin of the list for a family."""
     if not names:

@@ -563,6 +563,33 @@ def edited(folder: Path, old: str, new: str) -> Nav2File:
     return load_nav2(folder / "edited.yaml")
 
 
+def test_the_controller_that_drives_is_tuned_not_the_first_of_its_type(tmp_path: Path) -> None:
+    """Profiles before FollowPath, for which the default tree asks; one has a type of its own."""
+    idle = (
+        '    controller_plugins: ["Slow", "Other", "FollowPath"]\n'
+        '    Slow: {plugin: "dwb_core::DWBLocalPlanner", critics: [GoalDist], max_vel_x: 0.3}\n'
+        '    Other: {plugin: "nav2_mppi_controller::MPPIController", critics: [GoalCritic]}\n'
+    )
+    file = edited(tmp_path, '    controller_plugins: ["FollowPath"]\n', idle)
+    place = locate(file, f"{DWB}.max_vel_x")
+    assert place == locate(nav2("stock"), f"{DWB}.max_vel_x")
+    assert place.path == "controller_server.FollowPath.max_vel_x"
+    with pytest.raises(NoPluginError, match="has no nav2_mppi_controller::MPPIController in"):
+        locate(file, "controller_server.{nav2_mppi_controller::MPPIController}.time_steps")
+    with pytest.raises(AbsentError, match="has no effect here"):
+        locate(file, "controller_server.Slow.max_vel_x")
+
+
+def test_the_planner_that_plans_is_tuned_not_the_first_of_its_type(tmp_path: Path) -> None:
+    idle = (
+        '    planner_plugins: ["Other", "GridBased"]\n'
+        '    Other: {plugin: "nav2_navfn_planner::NavfnPlanner", tolerance: 9.0}\n'
+    )
+    file = edited(tmp_path, '    planner_plugins: ["GridBased"]\n', idle)
+    place = locate(file, "planner_server.{nav2_navfn_planner::NavfnPlanner}.tolerance")
+    assert place.path == "planner_server.GridBased.tolerance"
+
+
 def test_an_entry_of_a_list_that_the_file_leaves_out_is_set_in_nav2s_default(
     tmp_path: Path,
 ) -> None:
