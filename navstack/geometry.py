@@ -83,6 +83,14 @@ def crosses_itself(polygon: FloatArray) -> bool:
     return not shapely.LinearRing(polygon).is_simple
 
 
+def holds_origin(polygon: FloatArray) -> bool:
+    """Whether the origin lies within a polygon (N, 2) of either order, by its winding number."""
+    angles = np.arctan2(polygon[:, 1], polygon[:, 0])
+    turns = np.roll(angles, -1) - angles
+    turned = np.remainder(turns + math.pi, 2.0 * math.pi) - math.pi
+    return bool(abs(turned.sum()) > math.pi)
+
+
 def pad_footprint(footprint: FloatArray, padding: float) -> FloatArray:
     """Move each vertex outwards by ``sign(coordinate) * padding``, as nav2_costmap_2d does."""
     return footprint + np.sign(footprint) * padding

@@ -205,7 +205,7 @@ def _enter_urdf(robot: _Values, urdf: UrdfBody, found: Identified, notes: list[s
         torque = values["max_wheel_torque"] * urdf.mass / values["mass"]
         robot.put("mass", round(urdf.mass, 3), "URDF")
         robot.put("max_wheel_torque", round(torque, 4), "assumed: by the mass")
-    if urdf.casters is not None and urdf.casters < -0.05:
+    if urdf.casters is not None and abs(urdf.casters) > 0.05:
         robot.put("wheelbase", round(-urdf.casters, 4), "URDF")
     _enter_wheels(robot, urdf, found)
     if urdf.center_of_mass is not None:
@@ -232,7 +232,8 @@ def _enter_center(robot: _Values, center: FloatArray) -> None:
     """The centre of mass, kept where the world's robot stands."""
     values = robot.values
     wheelbase = values["wheelbase"]
-    x = min(max(float(center[0]), -0.9 * wheelbase), -0.1 * wheelbase)
+    low, high = sorted((-0.9 * wheelbase, -0.1 * wheelbase))
+    x = min(max(float(center[0]), low), high)
     robot.put("center_of_mass_x", round(x, 4), "URDF, between axle and casters")
     height = min(max(float(center[2]), 0.02), 0.9 * values["height"])
     robot.put("center_of_mass_height", round(height, 4), "URDF")

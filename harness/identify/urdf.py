@@ -41,7 +41,7 @@ class UrdfBody:
     wheel_radius: float | None  # [m] of the driven wheels
     track: float | None  # [m] between them
     axle: float | None  # [m] x of the driven axle, or of the middle of several
-    casters: float | None  # [m] x of the rearmost caster
+    casters: float | None  # [m] x of the rearmost caster; of the foremost if none is behind
     frames: tuple[str, ...]  # ``PARENT CHILD x y z roll pitch yaw`` of each fixed joint
 
 
@@ -220,7 +220,10 @@ def _wheels(robot: Any, places: dict[str, Transform]) -> tuple[FloatArray, float
                 continue
             radius = _radius(links.get(joint.child))
             wheels.append((*place.translation[:2].tolist(), radius))
-    return np.array(wheels).reshape(-1, 3), min(casters, default=None)
+    farthest = min(casters, default=None)
+    if farthest is not None and farthest > 0.0:
+        farthest = max(casters)
+    return np.array(wheels).reshape(-1, 3), farthest
 
 
 def _radius(link: Any) -> float:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from harness.episode.factory import Parts
 from harness.episode.files import rules_of
@@ -14,6 +15,7 @@ from harness.policy.interface import PolicyError
 from harness.storage.shipped import is_district, shipped
 from harness.storage.texts import quoted
 from harness.study.compile_ahead import compile_ahead
+from harness.task.made_files import is_made
 from harness.task.mission import CLEARANCE
 from harness.task.stack import GEOMETRY, MESH, NO_MAP, ROS2, Stack
 from harness.task.study import RECORDS, Study
@@ -41,7 +43,7 @@ _WITHOUT_MASK = {
     NO_MAP: "there is no map",
 }
 MOST_MISSPELT = 3  # names told in a note; lint tells all
-# [m] by which a Nav2 file's robot may differ from the simulated one unmentioned
+# [m] by which the simulated robot may reach beyond a Nav2 file's unmentioned
 BODY_TOLERANCE = 0.05
 
 
@@ -62,7 +64,7 @@ def check(study: Study) -> list[str]:
         _try_out(parts)
         if parts is deliveries[0]:
             notes += crowd_notes(study, parts) + leg_notes(study)
-        notes += sensor_notes(stack, parts.scene)
+        notes += sensor_notes(stack, parts.scene) + lidar_notes(stack, parts.robot)
         if stack.is_nav2:
             nav2 = parts.nav2
             notes += notes_on_file(nav2, stack.name)
@@ -199,6 +201,26 @@ def sensor_notes(stack: Stack, scene: Scene) -> list[str]:
     ]
 
 
+def lidar_notes(stack: Stack, robot: RobotParams) -> list[str]:
+    """A note on a lidar that does not stand where its file says, or stands beside the robot."""
+    if stack.body:
+        return []
+    preset, name = Path(stack.sensors).stem, Path(stack.robot).stem
+    if is_made(stack.sensors):
+        return [
+            f"{stack.name}: {preset} is made for another robot than {name}, whose lidar stands in "
+            "its middle"
+        ]
+    mount = load_dataclass(SensorParams, Path(stack.sensors)).lidar.mount
+    off = np.abs(np.array((mount.x, mount.y)) - robot.center)
+    if (off <= robot.half_size).all():
+        return []
+    return [
+        f"{stack.name}: the lidar of {preset} stands beside {name}, at {mount.x:g} m ahead and "
+        f"{mount.y:g} m to the left of the base"
+    ]
+
+
 def filter_notes(nav2: Nav2File, stack: Stack, scene: Scene) -> list[str]:
     """Notes where filters have no mask: a file's own is not there, or nobody has one."""
     notes = [f"{stack.name}: {notice}" for notice in masks_missing(nav2)]
@@ -219,11 +241,12 @@ def masks_missing(nav2: Nav2File) -> list[str]:
 
 
 def footprint_notes(nav2: Nav2File, robot: RobotParams, stack: str) -> list[str]:
-    """A note where a Nav2 file was written for another body than the robot that drives here."""
-    known = footprint_radii(robot_footprint(read_costmap(nav2, "local_costmap")))
-    real = footprint_radii(robot.polygon)
-    if all(abs(a - b) < BODY_TOLERANCE for a, b in zip(known, real, strict=True)):
+    """A note where the robot that drives here reaches beyond the one that a Nav2 file knows."""
+    outline = robot_footprint(read_costmap(nav2, "local_costmap"))
+    covered = shapely.Polygon(outline).buffer(BODY_TOLERANCE)
+    if covered.contains(shapely.Polygon(robot.polygon)):
         return []
+    known, real = footprint_radii(outline), footprint_radii(robot.polygon)
     return [
         f"{stack}: the file's robot reaches {known[0]:.2f} to {known[1]:.2f} m from its "
         f"centre, the one that drives here {real[0]:.2f} to {real[1]:.2f} m: it may touch what "

@@ -4,17 +4,17 @@ What a Nav2 file does not say follows from the outline. The factors are those of
 ``params/robots``, and of Husky and TurtleBot 4 by their data sheets.
 """
 
-import io
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ruamel.yaml import YAML
 
+from harness.task.lidar_place import carry, is_preset, yaml_text
 from harness.task.made_files import made_file
 from navstack.errors import ParameterError
+from navstack.geometry import holds_origin, pad_footprint
 from navstack.params.costmap import CostmapParams, robot_footprint
 from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, SMOOTHER, Subject
 from navstack.params.nav2_file.file import Nav2File
@@ -34,6 +34,8 @@ STEADY = 0.9  # share of the acceleration at which it would tip over
 SPEED, YAW_RATE = 0.5, 1.0  # [m/s], [rad/s] where the file says nothing
 # of another robot
 KEPT = ("wheel_friction", "rolling_resistance", "servo_time_constant", "body_friction")
+SMALLEST, LARGEST = 0.02, 20.0  # [m] a side of its box
+BEHIND = 0.3  # share of its length behind the axle from which on casters have room there
 SIDEWAYS = 0.5  # [m/s] of an Omni motion model: the default of vy_max
 
 
@@ -54,7 +56,7 @@ class OwnBody:
     """The files of a robot that a Nav2 file describes."""
 
     robot: str
-    sensors: str
+    sensors: str  # that file as it was, if the user wrote it
     note: str  # what a user has to know of it
 
 
@@ -64,8 +66,11 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
     Args:
         nav2: the file.
         robot: file of the robot that would drive else.
-        sensors: file of its sensors, which the body carries in its middle.
+        sensors: file of its sensors; the body carries the lidar of a preset in its middle.
         title: of the Nav2 file, for names and messages.
+
+    Raises:
+        ParameterError: the outline is that of no robot.
     """
     try:
         costmap = read_costmap(nav2, "local_costmap")
@@ -78,14 +83,35 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
     if off < SAME and limits.speed <= FASTER * known["max_speed"]:
         return None
     box = _box(outline)
+    _require_robot(nav2, costmap, outline, box)
     body = body_of(box, limits, known)
-    texts = {"robot": body, "sensors": _carried(load_yaml(sensors), box, nav2)}
-    files = {}
-    for name, content in texts.items():
-        stream = io.StringIO()
-        YAML(pure=True).dump(content, stream)
-        files[name] = str(made_file(f"{title}-{name}.yaml", stream.getvalue()))
-    return OwnBody(**files, note=_note(costmap, outline, box, body, limits))
+    if is_preset(sensors):
+        content = _carried(load_yaml(sensors), box, nav2)
+        sensors = made_file(f"{title}-sensors.yaml", yaml_text(content))
+    made = made_file(f"{title}-robot.yaml", yaml_text(body))
+    return OwnBody(str(made), str(sensors), _note(costmap, outline, box, body, limits))
+
+
+def _require_robot(
+    nav2: Nav2File, costmap: CostmapParams, outline: FloatArray, box: FloatArray
+) -> None:
+    """Refuse an outline without area, of no robot's size, or beside the base frame."""
+    length, width = (box[1] - box[0]).tolist()
+    where = f"{nav2.path.name}: local_costmap: footprint"
+    if _is_round(costmap):
+        where = f"{nav2.path.name}: local_costmap: robot_radius {costmap.robot_radius:g} m"
+    way_on = "or drive another robot with --robot NAME"
+    if min(length, width) < SMALLEST or max(length, width) > LARGEST:
+        raise ParameterError(
+            f"{where} has room for a box of {length:.3g} m x {width:.3g} m; allowed are "
+            f"{SMALLEST:g} to {LARGEST:g} m on each side: give it in metres, {way_on}"
+        )
+    if not holds_origin(pad_footprint(outline, SMALLEST)):
+        (left, low), (right, high) = _corners(outline).tolist()
+        raise ParameterError(
+            f"{where}, x from {left:g} to {right:g} m and y from {low:g} to {high:g} m, does not "
+            f"hold the base frame's origin: give its corners relative to that, {way_on}"
+        )
 
 
 def _limits(subject: Subject) -> Limits:
@@ -165,8 +191,14 @@ def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str,
     length, width = x_max - x_min, y_max - y_min
     size = math.sqrt(length * width)
     mass = MASS * length * width
-    wheelbase = max(0.85 * -x_min, 0.3 * length)
-    center = min(max(0.5 * (x_min + x_max), -0.6 * wheelbase), -0.33 * wheelbase)
+    middle = 0.5 * (x_min + x_max)
+    if -x_min >= BEHIND * length:
+        wheelbase = max(0.85 * -x_min, 0.3 * length)
+        center = min(max(middle, -0.6 * wheelbase), -0.33 * wheelbase)
+    else:  # casters in front
+        wheelbase = -0.85 * x_max
+        center = max(min(middle, -0.6 * wheelbase), -0.33 * wheelbase)
+    rear, front = sorted((-wheelbase, 0.0))
     wheel, track = 0.2 * size, 0.85 * width
     tipping = STEADY * GRAVITY / (MASS_CENTER * size)  # [1/s2] acceleration per metre of support
     values = {
@@ -182,8 +214,8 @@ def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str,
         "caster_track": 0.7 * width,
         "max_speed": limits.speed,
         "max_yaw_rate": min(limits.yaw_rate, 0.5 * track * tipping / limits.speed),
-        "max_acceleration": min(limits.acceleration, (wheelbase + center) * tipping),
-        "max_deceleration": min(limits.deceleration, -center * tipping),
+        "max_acceleration": min(limits.acceleration, (center - rear) * tipping),
+        "max_deceleration": min(limits.deceleration, (front - center) * tipping),
         "max_yaw_acceleration": limits.yaw_acceleration,
         "max_wheel_torque": 0.5 * FORCE * mass * wheel,
     }
@@ -198,13 +230,16 @@ def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str,
 def _carried(sensors: dict[str, Any], box: FloatArray, nav2: Nav2File) -> dict[str, Any]:
     """The sensors with the lidar in the middle of the body, and with the range that AMCL knows."""
     lidar = sensors["lidar"]
-    (x_min, y_min), (x_max, y_max) = box.tolist()
-    lidar["mount"] = {"x": 0.5 * (x_min + x_max), "y": 0.5 * (y_min + y_max), "yaw": 0.0}
-    lidar["self_filter"] = {"x_min": x_min, "x_max": x_max, "y_min": y_min, "y_max": y_max}
+    carry(lidar, box)
     reach = nav2.value("amcl", "laser_max_range", lidar["range_max"])
     if isinstance(reach, int | float) and 1.0 <= reach < lidar["range_max"]:
         lidar["range_max"] = float(reach)
     return sensors
+
+
+def _is_round(costmap: CostmapParams) -> bool:
+    """Whether a costmap gives its robot by a radius."""
+    return costmap.footprint.strip() in ("", "[]")
 
 
 def _note(
@@ -217,8 +252,8 @@ def _note(
     """The body in one line."""
     length, width = (box[1] - box[0]).tolist()
     shape = f"{length:.2f} m x {width:.2f} m"
-    if costmap.footprint.strip() in ("", "[]"):
-        shape = f"a radius of {costmap.robot_radius:.2f} m, as a square within"
+    if _is_round(costmap):
+        shape = f"a radius of {abs(costmap.robot_radius):.2f} m, as a square within"
     elif np.abs(box - _corners(outline)).max() > SHRUNK:
         shape += ", a box within its outline"
     note = (

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from harness.storage.shipped import is_file, resolve, shipped
 from harness.storage.texts import clean_text, name_of
 from harness.task.camera_params import CameraParams
+from harness.task.lidar_place import fitting_sensors
 from harness.task.own_body import own_body
 from harness.task.ros2_params import NO_ROS2, Ros2Params
 from navstack.errors import InputError, ParameterError, UnknownNameError
@@ -155,8 +156,9 @@ def load_stack(
     )
     stack = _with_paths(stack, path)
     if is_nav2_file and robot is None:
-        stack = _with_own_body(stack, stack.sensors if sensors else "")
-    return stack
+        stack = _with_own_body(stack)
+    sensors_file = fitting_sensors(Path(stack.sensors), Path(stack.robot))
+    return dataclasses.replace(stack, sensors=str(sensors_file))
 
 
 def _has_nodes(text: str) -> bool:
@@ -180,15 +182,13 @@ def _stack_of(path: Path) -> Stack:
     return from_mapping(Stack, mapping, str(path))
 
 
-def _with_own_body(stack: Stack, sensors: str) -> Stack:
+def _with_own_body(stack: Stack) -> Stack:
     """A stack made from a Nav2 file with the robot of that file, if it is another one."""
     nav2 = inspect_nav2(Path(stack.nav2_file), allow_unknown=True)
     body = own_body(nav2, Path(stack.robot), Path(stack.sensors), stack.name)
     if body is None:
         return stack
-    return dataclasses.replace(
-        stack, robot=body.robot, body=body.note, sensors=sensors or body.sensors
-    )
+    return dataclasses.replace(stack, robot=body.robot, body=body.note, sensors=body.sensors)
 
 
 def absolute_files(nav2: Nav2File) -> dict[str, str]:

@@ -13,7 +13,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin
 
 from ruamel.yaml import YAML
 
-from navstack.errors import ParameterError, did_you_mean
+from navstack.errors import InputError, ParameterError, did_you_mean
 from navstack.files import check_regular
 from navstack.params.nav2_file.yaml_text import load_text
 from navstack.ranges import KEPT_OUT
@@ -54,8 +54,18 @@ def load_yaml(path: Path) -> Any:
 
 
 def load_dataclass(cls: type[T], path: Path) -> T:
-    """Read a YAML file into a dataclass; see :func:`from_mapping`."""
-    return from_mapping(cls, load_yaml(path), str(path))
+    """Read a YAML file into a dataclass; see :func:`from_mapping`.
+
+    Raises:
+        ParameterError: as there, or a value that is not allowed; the message names the file.
+    """
+    mapping = load_yaml(path)
+    try:
+        return from_mapping(cls, mapping, str(path))
+    except InputError as error:
+        if str(error).startswith(str(path)):
+            raise
+        raise ParameterError(f"{path}: {error}") from None
 
 
 def from_mapping(cls: type[T], mapping: Any, where: str) -> T:

@@ -152,6 +152,9 @@ def test_a_map_may_lie_in_the_folder_where_one_is(
     (tmp_path / "m.yml").write_bytes((tmp_path / "m.yaml").read_bytes())
     monkeypatch.chdir(tmp_path)
     assert load_scene(name).geometry.data.shape == (4, 5)
+    Path("m.png").write_bytes(b"")
+    with pytest.raises(MapError, match="map 'm.png' has no suffix .yaml; give the map_server file"):
+        load_scene("m.png")
     with pytest.raises(MapError, match="maps/sidewalk: cannot be read"):
         load_scene("maps/sidewalk")  # a path, not the name of a map
 

@@ -142,6 +142,8 @@ def test_wildcards_apply_in_the_order_of_the_file(inspect):
 
 
 def test_a_wildcard_parameter_that_no_node_has_is_unknown(inspect):
+    known = inspect('"/**": {ros__parameters: {bt_loop_duration: 10, goal_reached_tol: 0.3}}')
+    assert not known.errors
     (error,) = inspect('"/**": {ros__parameters: {controler_frequency: 15.0}}').errors
     assert error.startswith("line 1: /**: controler_frequency: unknown to Nav2")
     several = inspect('"/**": {ros__parameters: {controler_frequency: 15.0, wheel_diameter: 0.2}}')

@@ -13,6 +13,8 @@ from harness.study import preflight
 from harness.study.preflight import (
     crowd_notes,
     default_notes,
+    footprint_notes,
+    lidar_notes,
     notes_on_file,
     sensor_notes,
     start_notes,
@@ -40,6 +42,39 @@ def test_errors_that_buildings_make_are_missed_on_a_map_without_them(preset: str
     (note,) = sensor_notes(stack, flat)
     assert all(words in note for words in ("hides satellites", "of glass", preset))
     assert sensor_notes(load_stack("nav2-gps", sensors="rtk_good"), flat) == []
+
+
+def test_a_lidar_that_does_not_stand_where_its_file_says_is_told(tmp_path: Path) -> None:
+    def notes(robot: str, sensors: str) -> list[str]:
+        stack = load_stack("nav2-gps", robot=robot, sensors=sensors)
+        return lidar_notes(stack, load_dataclass(RobotParams, Path(stack.robot)))
+
+    assert notes("segway_e1", "rtk_good") == notes("jackal", "ust10") == []
+    (note,) = notes("jackal", "rtk_good")
+    assert note == (
+        "nav2-gps: rtk_good is made for another robot than jackal, whose lidar stands in its middle"
+    )
+    own = tmp_path / "own.yaml"
+    own.write_text((shipped("params") / "sensors" / "rtk_good.yaml").read_text())
+    (note,) = notes("jackal", str(own))
+    assert "the lidar of own stands beside jackal, at -0.23 m ahead and 0 m to the left" in note
+
+
+@pytest.mark.parametrize(
+    ("side", "is_told"), [("0.25", False), ("0.5", False), ("0.21", False), ("0.15", True)]
+)
+def test_a_robot_that_reaches_beyond_the_files_is_told(
+    tmp_path: Path, side: str, is_told: bool
+) -> None:
+    """A Segway is 0.25 m wide on each side."""
+    text = (shipped("params") / "nav2" / "stock.yaml").read_text()
+    assert text.count("0.25]") >= 8
+    path = tmp_path / "own.yaml"
+    path.write_text(text.replace("0.25]", f"{side}]"))
+    robot = load_dataclass(RobotParams, shipped("params") / "robots" / "segway_e1.yaml")
+    notes = footprint_notes(inspect_nav2(path), robot, "own")
+    assert any("it may touch what its costmap shows free" in note for note in notes) == is_told
+    assert len(notes) == is_told
 
 
 def test_bad_input_is_found_before_kernels_are_compiled(

@@ -15,6 +15,7 @@ from harness.task.study import make_study
 from harness.world.physics.robot import RobotParams
 from harness.world.sensors.suite import SensorParams
 from navbench.api.run import make_world
+from navstack.errors import ParameterError
 from navstack.params.strict import load_dataclass
 from navstack.types import Twist2D
 
@@ -36,6 +37,7 @@ CUT_CORNERS = 'footprint: "[[0.5, 0.2], [0.4, 0.25], [-0.5, 0.25], [-0.5, -0.25]
 RIGHT_ANGLE = 'footprint: "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2]]"'
 POINTED = 'footprint: "[[0.5, 0.0], [-0.5, 0.3], [-0.5, -0.3]]"'
 ON_A_LINE = 'footprint: "[[0.3, 0.2], [0.0, 0.0], [-0.3, -0.2]]"'
+FROM_THE_END = 'footprint: "[[1.0, 0.3], [1.0, -0.3], [0.0, -0.3], [0.0, 0.3]]"'
 FROM_THE_REAR = 'footprint: "[[0.6, 0.2], [0.6, -0.2], [-0.1, -0.2], [-0.1, 0.2]]"'
 
 
@@ -88,6 +90,74 @@ def test_the_robot_has_the_files_outline(file, shape, half, mass, said):
     lidar = load_dataclass(SensorParams, Path(stack.sensors)).lidar
     assert (lidar.mount.x, lidar.mount.y) == pytest.approx(robot.center)
     assert lidar.self_filter.x_max == pytest.approx(robot.polygon[:, 0].max())
+
+
+@pytest.mark.parametrize("shape", [FROM_THE_REAR, FROM_THE_END])
+def test_a_body_ahead_of_its_axle_stands_on_casters_in_front(file, shape):
+    robot = body(load_stack(file(shape)))
+    front = robot.polygon[:, 0].max()
+    assert -robot.wheelbase == pytest.approx(0.85 * front)
+    assert 0.3 * front < robot.center_of_mass_x < 0.6 * front
+    assert 0.4 < robot.axle_share < 0.7
+
+
+@pytest.mark.parametrize(
+    ("shape", "said"),
+    [
+        ("robot_radius: 0.0", "mine.yaml: local_costmap: robot_radius 0 m has room for a box of 0"),
+        ("robot_radius: 30.0", "allowed are 0.02 to 20 m on each side: give it in metres"),
+        ('footprint: "[[0.2, 0.1], [0.2, 0.1], [0.2, 0.1]]"', "footprint has room for a box of 0"),
+        ('footprint: "[[0.3, 0.0], [0.0, 0.0], [-0.3, 0.0]]"', "a box of 0.6 m x 0 m"),
+        (
+            'footprint: "[[0.3, 0.9], [0.3, 0.4], [-0.3, 0.4], [-0.3, 0.9]]"',
+            "x from -0.3 to 0.3 m and y from 0.4 to 0.9 m, does not hold the base frame's origin",
+        ),
+    ],
+)
+def test_the_outline_of_no_robot_is_refused_where_it_stands(file, shape, said):
+    with pytest.raises(ParameterError, match="mine.yaml: local_costmap: ") as raised:
+        load_stack(file(shape))
+    assert said in str(raised.value)
+    assert "--robot NAME" in str(raised.value) and "\n" not in str(raised.value)
+    assert Path(load_stack(file(shape), robot="jackal").robot).stem == "jackal"
+
+
+def test_a_negative_radius_is_as_long(file):
+    assert body(load_stack(file("robot_radius: -0.3"))) == body(
+        load_stack(file("robot_radius: 0.3"))
+    )
+
+
+@pytest.mark.parametrize("preset", ["rtk_urban", "ust10"])
+def test_the_lidar_of_a_preset_stands_on_the_body(file, preset):
+    stack = load_stack(file(FROM_THE_REAR), sensors=preset)
+    lidar = load_dataclass(SensorParams, Path(stack.sensors)).lidar
+    assert (lidar.mount.x, lidar.mount.y) == pytest.approx((0.25, 0.0))
+    assert lidar.self_filter.x_min == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize(
+    ("robot", "preset", "place"),
+    [
+        ("jackal", "rtk_good", (0.0, 0.0)),  # behind the Jackal, where the Segway has it
+        ("jackal", "ust10", (0.055, 0.0)),
+        ("nova_carter", "rtk_good", (-0.23, 0.0)),
+        ("segway_e1", "rtk_good", (-0.23, 0.0)),
+    ],
+)
+def test_the_lidar_of_a_preset_stands_on_another_robot(robot, preset, place):
+    stack = load_stack("nav2-gps-ekf", robot=robot, sensors=preset)
+    lidar = load_dataclass(SensorParams, Path(stack.sensors)).lidar
+    assert (lidar.mount.x, lidar.mount.y) == pytest.approx(place)
+    assert Path(stack.sensors).stem == preset
+
+
+@pytest.mark.parametrize("content", ["lidarr: 3", "", "[1, 2]", "lidar: {range_max: 30 m}"])
+def test_a_users_own_sensors_are_taken_as_they_are(file, tmp_path, content):
+    own = tmp_path / "own.yaml"
+    own.write_text(content)
+    assert load_stack(file("robot_radius: 0.3"), sensors=str(own)).sensors == str(own)
+    assert load_stack("nav2-gps-ekf", robot="jackal", sensors=str(own)).sensors == str(own)
 
 
 def test_the_lidar_sees_as_far_as_amcl_says(file):
@@ -168,16 +238,20 @@ def test_every_outline_gives_a_robot_that_stands_and_does_not_tip_over(
     if not stack.body:
         return  # it is the Segway
     robot = body(stack)
-    assert -robot.wheelbase < robot.center_of_mass_x < 0.0
+    rearmost, foremost = sorted((-robot.wheelbase, 0.0))
+    rounded = 1e-3
+    assert back - rounded <= rearmost < robot.center_of_mass_x < foremost <= front + rounded
     tipping = 9.81 / robot.center_of_mass_height  # [1/s2] acceleration per metre of support
-    assert robot.max_deceleration < tipping * -robot.center_of_mass_x
-    assert robot.max_acceleration < tipping * (robot.wheelbase + robot.center_of_mass_x)
+    assert robot.max_deceleration < tipping * (foremost - robot.center_of_mass_x)
+    assert robot.max_acceleration < tipping * (robot.center_of_mass_x - rearmost)
     assert robot.max_yaw_rate * robot.max_speed < tipping * 0.5 * robot.track
     assert robot.max_drive_force > robot.mass * 5.0
     assert np.ptp(robot.polygon, axis=0) == pytest.approx((length, width), rel=1e-3)
 
 
-@pytest.mark.parametrize("shape", ["robot_radius: 0.037", "robot_radius: 0.1", HUSKY])
+@pytest.mark.parametrize(
+    "shape", ["robot_radius: 0.037", "robot_radius: 0.1", HUSKY, FROM_THE_REAR, FROM_THE_END]
+)
 def test_it_drives_and_stays_upright(file, shape):
     delivery = make_world(file(shape), pedestrians=0)
     begin = delivery.truth.pose

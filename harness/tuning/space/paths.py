@@ -187,9 +187,7 @@ def _visits(nav2: Nav2File, node: str) -> list[Visit]:
     """What is read of a node, but for plugins that are listed and not used."""
     idle = idle_plugins(nav2, node)
     return [
-        visit
-        for visit in nav2.visits.get(node, ())
-        if visit.prefix.partition(".")[0] not in idle
+        visit for visit in nav2.visits.get(node, ()) if visit.prefix.partition(".")[0] not in idle
     ]
 
 

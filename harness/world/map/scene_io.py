@@ -234,5 +234,10 @@ def _resolve(name_or_path: str) -> Path:
     if given.suffix in (".yaml", ".yml") or len(given.parts) > 1:
         return given
     if name_or_path not in map_names():
+        if os.path.isfile(given):
+            raise MapError(
+                f"map '{name_or_path}' has no suffix .yaml; give the map_server file that names "
+                "the image, or a name of a built-in map"
+            )
         raise UnknownNameError("map", name_or_path, map_names())
     return resources.shipped("maps") / f"{name_or_path}.yaml"

@@ -7,10 +7,11 @@ from typing import Annotated
 
 from navstack.errors import ParameterError
 from navstack.geometry import crosses_itself, make_footprint
-from navstack.ranges import Known, NotNegative, Parameters, up_to, within
+from navstack.ranges import Known, NotNegative, Parameters, Quantity, up_to, within
 from navstack.types import FloatArray
 
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
+MOST_WHEELBASE, MOST_TRACK = 4.0, 4.0  # halves of the body's length, of its width
 MOST_SHOWN = 8  # corners in a complaint
 DIFFERENTIAL, SKID = "differential", "skid"
 # a mass, length, speed, ...; what is larger is no robot
@@ -22,8 +23,8 @@ class RobotParams(Parameters, whose="robot"):
     """A drive with a box for a body: one file of ``params/robots``.
 
     The base frame's origin is on the ground. A differential drive has it below the middle of the
-    driven axle, and two casters follow behind. A skid steer has it in the middle of four driven
-    wheels.
+    driven axle, and two casters follow behind, or go in front. A skid steer has it in the middle of
+    four driven wheels.
     """
 
     footprint: tuple[tuple[float, float], ...]  # [m] base frame; the body is its bounding box
@@ -35,7 +36,9 @@ class RobotParams(Parameters, whose="robot"):
     ground_clearance: Size  # [m] below the body
     wheel_radius: Size  # [m] of the driven wheels
     track: Size  # [m] between the driven wheels
-    wheelbase: Size  # [m] from the driven axle, or the front wheels, back to the casters or wheels
+    # [m] from the driven axle, or the front wheels, back to the casters or wheels; negative: the
+    # casters are in front of the axle
+    wheelbase: Quantity
     caster_track: Size  # [m] between the casters; of a skid steer nothing
     wheel_friction: NotNegative  # [-] Coulomb coefficient of the driven wheels on the ground
     rolling_resistance: NotNegative  # [-] force that rolling costs over the weight
@@ -76,17 +79,39 @@ class RobotParams(Parameters, whose="robot"):
                 f"robot: bucket {list(self.bucket)} m; "
                 f"allowed is up to {MAX_SIZE:g} m off the base frame"
             )
+        self._check_sizes()
         if not max(self.center_of_mass_height, self.ground_clearance) < self.height:
             raise ParameterError(
                 f"robot: height {self.height} m must exceed center_of_mass_height "
                 f"{self.center_of_mass_height} m and ground_clearance {self.ground_clearance} m"
             )
-        (front, _), *_, (rear, _) = self.feet
+        (front, _), *_, (back, _) = self.feet
+        rear, front = sorted((back, front))
         if not rear < self.center_of_mass_x < front:
             raise ParameterError(
                 f"robot: center_of_mass_x {self.center_of_mass_x} m; allowed is between "
-                f"{rear} m and {front:g}, where it stands, or the robot falls over"
+                f"{rear:g} m and {front:g}, where it stands, or the robot falls over"
             )
+
+    def _check_sizes(self) -> None:
+        """Refuse wheels that are larger than the robot, as of lengths in millimetres."""
+        half_length, half_width = self.half_size
+        longest = MOST_WHEELBASE * half_length
+        is_right = 0.0 < abs(self.wheelbase) <= longest
+        self._require("wheelbase", is_right, f"other than 0, and up to {longest:g} m long")
+        if self.steering == SKID:
+            self._require("wheelbase", self.wheelbase > 0.0, "more than 0 of a skid steer")
+        widest = MOST_TRACK * half_width
+        for name in ("track", "caster_track"):
+            self._require(
+                name, getattr(self, name) <= widest, f"at most {widest:g} m, twice the body"
+            )
+        highest = max(half_length, half_width)
+        for name in ("wheel_radius", "foot_radius"):
+            self._require(
+                name, getattr(self, name) <= highest, f"at most {highest:g} m, half the body"
+            )
+        self._require("bucket", self.bucket[2] >= 0.0, "at 0 m above the ground or higher")
 
     @cached_property
     def polygon(self) -> FloatArray:

@@ -2,12 +2,17 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from navstack.geometry import holds_origin, pad_footprint
+from navstack.params.costmap import robot_footprint
 from navstack.params.lint.costmap_view import SENSOR_LAYERS, STATIC, CostmapView
 from navstack.params.lint.rule import Finding, RuleGroup, above, below, whole_above
 from navstack.params.lint.subject import CONTROLLER, Subject
 from navstack.params.servers import ControllerServerParams
 
 SMALLER = 0.8  # a footprint this much smaller than another one matters
+SMALLEST, LARGEST = 0.02, 20.0  # [m] a side of a robot's box
 NO_FOOTPRINT = ("", "[]")
 COSTMAP_UPDATE_TIMEOUT = 0.3  # [s] the controller server's default
 
@@ -41,6 +46,40 @@ def two_shapes(subject: Subject, view: CostmapView) -> Iterator[Finding]:
             "robot_radius",
             f"{radius:g} m beside a footprint that reaches {view.circumscribed:.2f} m",
             "remove one of them",
+        )
+
+
+@RULES.warning
+def no_robots_size(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """A costmap's robot has the size of no robot.
+
+    Why: the costmap takes it for a point, or for more than there is room for; lengths are in
+    metres.
+    """
+    length, width = np.ptp(robot_footprint(view.params), axis=0).tolist()
+    key = subject.shape_key(view.node)
+    negative = key == "robot_radius" and view.params.robot_radius < 0.0
+    if negative or min(length, width) < SMALLEST or max(length, width) > LARGEST:
+        found = f"{length:.3g} m x {width:.3g} m"
+        if negative:
+            found = f"{view.params.robot_radius:g} m, a negative radius"
+        yield Finding(key, found, f"give it in metres, {SMALLEST:g} to {LARGEST:g} on each side")
+
+
+@RULES.warning
+def base_beside_footprint(subject: Subject, view: CostmapView) -> Iterator[Finding]:
+    """The footprint does not hold the base frame's origin.
+
+    Why: poses are those of the base: the robot is taken to be beside itself, and turns about a
+    point outside.
+    """
+    outline = robot_footprint(view.params)
+    if not holds_origin(pad_footprint(outline, SMALLEST)):
+        (left, low), (right, high) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
+        yield Finding(
+            subject.shape_key(view.node),
+            f"x from {left:g} to {right:g} m, y from {low:g} to {high:g} m",
+            "give its corners relative to robot_base_frame",
         )
 
 

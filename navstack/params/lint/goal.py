@@ -17,6 +17,7 @@ from navstack.params.servers import ControllerServerParams
 
 FAR_GOAL = 0.5  # [m] from here on a goal tolerance is not a matter of precision any more
 MOST_OF_TOP_SPEED = 0.5  # share of the top speed that a progress checker may ask for on average
+FINEST_CELL = 0.01  # [m] that is advised
 SOFTER = 0.8  # a limit this much below another one matters
 
 RULES = RuleGroup("Goal, progress and turning on the spot", CONTROLLER)
@@ -80,11 +81,14 @@ def goal_below_a_cell(
     name, checker = goal_checker
     cell = local.params.resolution
     if checker.xy_goal_tolerance < cell:
+        finer = ""
+        if checker.xy_goal_tolerance > FINEST_CELL:
+            half = decimal(checker.xy_goal_tolerance / 2.0)
+            finer = f", or local_costmap resolution: {half}"
         yield Finding(
             f"{name}.xy_goal_tolerance",
             f"{checker.xy_goal_tolerance:g} m, but a cell of the local costmap is {cell:g} m wide",
-            f"xy_goal_tolerance: {decimal(2.0 * cell)}, or local_costmap resolution: "
-            f"{decimal(checker.xy_goal_tolerance / 2.0)}",
+            f"xy_goal_tolerance: {decimal(2.0 * cell)}{finer}",
         )
 
 

@@ -18,6 +18,10 @@ ROUND = 1.1  # a footprint whose outer radius is at most this much larger than i
 HIGHEST_SOFT_COST = 252.0  # of a cell that may still be entered
 FLAT = 0.5  # share of the highest cost that is left where inflation ends
 STEEP = 0.2  # [m] within which the cost falls to nothing
+# others may mark by themselves
+KNOWN_LAYERS = {STATIC, INFLATION, *SENSOR_LAYERS} | {
+    f"nav2_costmap_2d::{name}" for name in ("DenoiseLayer", "KeepoutFilter", "SpeedFilter")
+}
 OPEN_SPACE = 5.0  # [m] obstacle range from which beams without a return are common
 LONG_PERSISTENCE = 1.0  # [s]
 WALKING_SPEED = 1.4  # [m/s] of a pedestrian
@@ -170,6 +174,22 @@ def never_cleared(view: CostmapView) -> Iterator[Finding]:
                 found = f"{', '.join(marking)} of {layer.name} only mark"
             name = f"{layer.name}.{marking[0]}.clearing"
             yield Finding(name, found, f"{name}: true")
+
+
+@RULES.warning
+def nothing_marks(local: CostmapView) -> Iterator[Finding]:
+    """No layer of the local costmap marks what sensors see.
+
+    Why: the controller drives into everything that no map shows: people, bins, doors.
+    """
+    kinds = {layer.type for layer in local.layers}
+    if not kinds <= KNOWN_LAYERS or any(layer.marks_what_is_seen for layer in local.layers):
+        return
+    name, found = "plugins", "no obstacle layer is on and has a source"
+    advice = "list an obstacle_layer with enabled: true and observation_sources: scan"
+    for source, _ in local.sources():
+        name, found, advice = f"{source}.marking", "false everywhere", f"{source}.marking: true"
+    yield Finding(name, found, advice, local.node)
 
 
 @RULES.warning

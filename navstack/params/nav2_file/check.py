@@ -281,6 +281,7 @@ class Checker:
         message = unknown_name(self._catalog, name, misspelt, known, place.block.own_keys)
         is_misspelt = misspelt or nearly_equal(name, known)
         if place.block.is_shared and not is_misspelt:
+            self.findings.added.append(path)
             self._ignore(path)
             return
         self._error(MISSPELT if is_misspelt else UNKNOWN_KEY, path, message, line)

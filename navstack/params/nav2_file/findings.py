@@ -87,6 +87,7 @@ class Findings:
 
     notices: list[Notice] = field(default_factory=list)
     ignored: list[str] = field(default_factory=list)
+    added: list[str] = field(default_factory=list)  # dotted names of what users may have added
     visits: list[Visit] = field(default_factory=list)
     # dotted name in the file -> today's dotted name
     renames: dict[str, str] = field(default_factory=dict)

@@ -203,7 +203,8 @@ def tree_notices(parameters: Parameters) -> list[Notice]:
 def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[Notice]:
     """The findings of all nodes.
 
-    One about a wildcard's line counts only if every node it stands for has it.
+    One about a wildcard's line counts only if every node it stands for has it, but for those to
+    which users add names.
     """
     notices: list[Notice] = []
     wildcards = {
@@ -218,11 +219,11 @@ def joined_notices(document: Document, found: Mapping[str, Findings]) -> list[No
             text = wildcards.get(notice.line)
             if text is None:
                 notices.append(notice)
-            elif node == matched[text.path][0] and _all_have(
-                notice, [found[other] for other in matched[text.path]]
-            ):
-                path = "/" + "/".join(text.path) + ":" + notice.path.partition(":")[2]
-                notices.append(replace(notice, path=path))
+                continue
+            name = notice.path.partition(": ")[2]
+            closed = [other for other in matched[text.path] if name not in found[other].added]
+            if node == closed[0] and _all_have(notice, [found[other] for other in closed]):
+                notices.append(replace(notice, path=f"/{'/'.join(text.path)}: {name}"))
     return notices
 
 

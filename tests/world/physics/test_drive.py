@@ -98,15 +98,30 @@ def test_a_robot_is_a_box_on_four_feet(robot):
         ({"center_of_mass_x": 0.0}, "between -0.55 m and 0, where it stands"),
         ({"height": 0.45}, "must exceed center_of_mass_height"),
         ({"height": 0.46, "ground_clearance": 0.46}, "and ground_clearance"),
+        ({"wheelbase": -0.55}, "between 0 m and 0.55, where it stands"),
+        ({"wheelbase": 0.0}, "wheelbase 0.0 must be other than 0, and up to 1.494 m long"),
+        ({"track": 50.0}, "track 50.0 must be at most 1 m, twice the body"),
+        ({"caster_track": 300.0}, "caster_track 300.0 must be at most 1 m, twice the body"),
+        ({"wheel_radius": 9.0}, "wheel_radius 9.0 must be at most 0.3735 m, half the body"),
+        ({"foot_radius": 3.0}, "foot_radius 3.0 must be at most 0.3735 m, half the body"),
+        ({"bucket": (0.0, 0.0, -3.0)}, "must be at 0 m above the ground or higher"),
     ],
 )
-def test_a_robot_whose_weight_lies_on_the_edge_of_its_feet_or_body_is_refused(
+def test_a_robot_that_cannot_stand_or_whose_parts_are_larger_is_refused(
     robot,
     change,
     message,
 ):
     with pytest.raises(ParameterError, match=message):
         dataclasses.replace(robot, **change)
+
+
+def test_casters_may_go_in_front_of_the_axle(robot):
+    turned = dataclasses.replace(
+        robot, wheelbase=-robot.wheelbase, center_of_mass_x=-robot.center_of_mass_x
+    )
+    assert turned.axle_share == robot.axle_share
+    assert turned.feet == tuple((-x, y) for x, y in robot.feet)
 
 
 def test_at_rest_it_only_carries_the_weight(robot):
