@@ -290,7 +290,9 @@ def error_price(
     """
     sizes = np.array(list(levels.values()))
     slope = paired_slope(sizes, -margin, clusters, np.random.default_rng(seed))
-    if np.ptp(margin, axis=1).max() < CENT:  # what is rare has not been seen
+    centred = sizes - sizes.mean()
+    apart = np.ptp(margin @ centred / (centred @ centred)) * np.ptp(sizes)
+    if apart < CENT or np.ptp(margin, axis=1).max() < CENT:  # what is rare has not been seen
         slope = Interval(slope.value, None, None, slope.n)
     return ErrorPrice(kind, tuple(levels.values()), slope)
 

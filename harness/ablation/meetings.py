@@ -88,7 +88,8 @@ class MeetingsArms:
         difference = paired.difference
         if self.result is None or difference.value is None:
             return None
-        unseen = unseen_loss(self.result.unseen_weight, self.missions, paired.tests)
+        result = self.result
+        unseen = unseen_loss(result.unseen_weight, self.missions, paired.tests, result.hit)
         low, high = difference.value - unseen, difference.value + unseen
         return Interval(difference.value, low, high, difference.n)
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from harness.analysis.pairing import paired_rows
 from harness.analysis.side import Side
+from harness.economics.prices import Prices
+from harness.economics.unseen import HIT, hit_cost
 from harness.economics.valuation import CENT, margins
 from harness.meetings.estimators import DELIVERIES, ESTIMATORS
 from harness.metrics.columns import Row
@@ -20,7 +22,9 @@ from navstack.ranges import within as between
 from navstack.types import FloatArray
 
 OLD, NEW = SIDES = ("old", "new")  # names of the two stacks in the run folder of a check
-REACH = 100.0  # [USD] of a mission's difference that count; a greater one counts as this much
+# [USD] of a mission's difference that count, where hits cost what they do at the published prices;
+# a greater one counts as this much
+REACH = 100.0
 ALIKE = 1.0  # [USD] a delivery: a difference that is surely smaller is of no interest
 SHOWN = 3  # missions that are told, those that differ most
 LOOKS = 50  # a look after every mission at first, later whenever there are 1/50 more of them
@@ -57,6 +61,11 @@ def verdict_of(bound: Interval, within: float) -> Verdict:
     return "undecided"
 
 
+def reach_at(prices: Prices) -> float:
+    """How much of a mission's difference counts [USD]: more than REACH where hits are dearer."""
+    return REACH * hit_cost(prices) / HIT
+
+
 class Looks:
     """Differences of the margin, mission by mission, up to the first look that decides.
 
@@ -64,13 +73,14 @@ class Looks:
     the same verdict however fast they were driven.
     """
 
-    def __init__(self, within: float) -> None:
+    def __init__(self, within: float, reach: float = REACH) -> None:
         """Begin without a mission.
 
         Args:
             within: as of :func:`verdict_of`.
+            reach: as of :func:`reach_at`.
         """
-        self._within, self._next = within, 1
+        self._within, self._reach, self._next = within, reach, 1
         self._differences: list[float] = []
         self.bound = NO_INTERVAL  # [USD] of the last look
         self.looked_at = 0  # missions of the last look; those after it wait for the next one
@@ -91,7 +101,7 @@ class Looks:
             return
         self._differences.append(difference)
         if self.missions >= self._next:
-            self.bound = bound_at_every_look(np.array(self._differences), REACH)
+            self.bound = bound_at_every_look(np.array(self._differences), self._reach)
             self.looked_at = self.missions
             self._next = self.missions + math.ceil(self.missions / LOOKS)
 
@@ -129,6 +139,7 @@ class Checked:
     new: Driven  # the same missions
     bound: Interval  # [USD] of the mean difference, new less old, at 95 % at every look
     more_needed: int | None  # missions that would decide; None: decided, or nobody knows
+    reach: float  # [USD] of a mission's difference that count
 
     @property
     def verdict(self) -> Verdict:
@@ -171,7 +182,7 @@ def evaluate(first: Side, second: Side, within: float, most: int | None = None) 
     """
     if most == 0:
         none = Driven([], np.empty(0))
-        return Checked(first, second, within, none, none, NO_INTERVAL, None)
+        return Checked(first, second, within, none, none, NO_INTERVAL, None, REACH)
     driven = []
     for side, rows in zip((first, second), paired_rows(first, second), strict=True):
         counting = rows[:most]
@@ -183,27 +194,31 @@ def evaluate(first: Side, second: Side, within: float, most: int | None = None) 
             )
         driven.append(Driven(counting, margin))
     differences = driven[1].margins - driven[0].margins
-    bound = bound_at_every_look(differences, REACH)
+    reach = reach_at(first.run.prices())
+    bound = bound_at_every_look(differences, reach)
     more = None
     if verdict_of(bound, within) == "undecided":
-        more = missions_that_decide(differences, within)
+        more = missions_that_decide(differences, within, reach)
     old, new = driven
-    return Checked(first, second, within, old, new, bound, more)
+    return Checked(first, second, within, old, new, bound, more, reach)
 
 
-def missions_that_decide(differences: FloatArray, within: float) -> int | None:
+def missions_that_decide(
+    differences: FloatArray, within: float, reach: float = REACH
+) -> int | None:
     """How many more missions would decide, were they like those that are there.
 
     Args:
         differences: [USD], shape (n,), which decide nothing.
         within: as of :func:`verdict_of`.
+        reach: as of :func:`reach_at`.
 
     Returns:
         None: none of :data:`MOST_TIMES` as many does.
     """
 
     def decides(times: float) -> bool:
-        return verdict_of(bound_at_every_look(differences, REACH, times), within) != "undecided"
+        return verdict_of(bound_at_every_look(differences, reach, times), within) != "undecided"
 
     too_few, enough = 1.0, 2.0
     while not decides(enough):

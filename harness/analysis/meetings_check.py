@@ -57,13 +57,13 @@ class MeetingsChecked:
         """Missions that would decide; None: decided, or nobody knows."""
         if self.result is None or self.verdict != "undecided":
             return None
-        differences, weight = self.result.differences, self.result.unseen_weight
-        driven = len(differences)
+        result = self.result
+        differences, driven = result.differences, len(result.differences)
         if driven < 2:
             return None
         for missions in NUMBERS:
             if missions > driven:
-                bound = expected_bound(missions, differences, weight)
+                bound = expected_bound(missions, differences, result.unseen_weight, result.hit)
                 if verdict_of(bound, self.declaration.within) != "undecided":
                     return missions - driven
         return None

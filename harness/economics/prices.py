@@ -102,6 +102,8 @@ class Prices:
     rolling_resistance_coefficient: Price = _price("1")
     # by which contacts are paid: a name of harness.economics.accountings.ACCOUNTINGS
     accounting: str = field(default="published", metadata=KEPT_OUT)
+    # whether injuries cost more by the robot's mass over the reference one, as the paper has it
+    injuries_scale: bool = field(default=True, metadata=KEPT_OUT)
     as_of: str = field(default="", metadata=KEPT_OUT)  # year and month of the sources
     # optional terms that belong to the set
     terms: tuple[str, ...] = field(default=(), metadata=KEPT_OUT)
@@ -141,7 +143,12 @@ class Prices:
 
     @property
     def injury_mass_factor(self) -> float:
-        """Robot's mass over that of the crash report's vehicles, K_InjuryAdjustment [1]."""
+        """Robot's mass over that of the crash report's vehicles, K_InjuryAdjustment [1].
+
+        1 for an injury curve of robots themselves.
+        """
+        if not self.injuries_scale:
+            return 1.0
         return self.robot_mass.value / self.injury.reference_vehicle_mass.value
 
     @property

@@ -24,6 +24,8 @@ from navstack.types import FloatArray
 _IMPULSES, _MASS = np.linspace(0.5, 5000.0, 10_000), 50.0
 
 
+HIT = 60.0  # [USD] about what it costs to hit somebody at the published prices ...
+_HIT_INJURY, _HIT_IMPULSE = 37.0, 100.0  # ... [USD] of it the injury, and [N s] of such a hit
 _LEAST = 1e-3  # [N s] a contact, if rules let the softest count
 
 
@@ -63,6 +65,12 @@ def contact_limits(
         health=rules.get("impulse_health", usual.health),
         property=tuple(kinds),
     )
+
+
+def hit_cost(prices: Prices) -> float:
+    """About what it costs to hit somebody [USD]; no less than at the published prices."""
+    injury = float(injury_price(PUBLISHED)(np.array([_HIT_IMPULSE]), prices)[0])
+    return max(HIT, HIT - _HIT_INJURY + injury)
 
 
 def reach_of_loss(

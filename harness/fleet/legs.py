@@ -11,6 +11,7 @@ import numpy.typing as npt
 from harness.economics.accountings import PUBLISHED, accounted
 from harness.economics.cost_model import price
 from harness.economics.measured import Measured
+from harness.economics.price import Price
 from harness.economics.prices import Prices
 from harness.economics.rates import NEEDS_PEOPLE
 from harness.economics.valuation import column, deliveries, has_too_few, missions
@@ -136,6 +137,26 @@ def library_of(runs: Sequence[StoredRun], prices: Prices) -> Library:
     outcomes = {outcome for run in runs for outcome in values(run.stacks[0].rows, "outcome")}
     capex = price(_of_nothing(), stack.carries, stack.data_collection, prices).capex_usd
     return Library(stack.name, groups, capex, "arrived" not in outcomes)
+
+
+def notes_on(library: Library, way: Price) -> list[str]:
+    """What a library's legs cannot tell of days with ways of some lengths."""
+    notes = []
+    shortest = way.value if way.low is None else way.low
+    leg = max(group.mean_progress for group in library.groups)
+    if shortest < leg:
+        notes.append(
+            f"a leg of {library.title} is {leg:.2g} km long; ways that are shorter, down to "
+            f"{shortest:g} km, count as one"
+        )
+    groups = library.groups
+    lost = sum(int((each.is_failed | each.is_late | each.is_spoiled).sum()) for each in groups)
+    if not lost and not any(each.contacts.any() for each in groups):
+        notes.append(
+            f"none of the {library.size} legs of {library.title} was lost or cost anything; the "
+            "brackets admit no loss that nobody has seen, as those of navbench price do"
+        )
+    return notes
 
 
 def _require_legs(runs: Sequence[StoredRun]) -> None:

@@ -6,6 +6,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from harness.economics.unseen import HIT
 from harness.economics.valuation import CENT
 from harness.meetings.mission import MissionDrive
 from harness.meetings.results import unseen_loss, unseen_weight
@@ -27,7 +28,9 @@ def family_at(look: int) -> int:
     return look * (look + 1)
 
 
-def bound_at(look: int, differences: FloatArray, weight: float, seed: int) -> Interval:
+def bound_at(
+    look: int, differences: FloatArray, weight: float, seed: int, hit: float = HIT
+) -> Interval:
     """The mean difference with its bound at a look.
 
     It is the sign-flip test inverted, and admits hits by one arm alone that nobody has seen yet.
@@ -37,10 +40,11 @@ def bound_at(look: int, differences: FloatArray, weight: float, seed: int) -> In
         differences: [USD] of missions, shape (n,); those of a cent at most count as none.
         weight: meetings a delivery that such a hit stands for.
         seed: of random signs.
+        hit: [USD] that it costs to hit somebody.
     """
     decisive = np.where(np.abs(differences) <= CENT, 0.0, differences)
     flips = flip_signs(decisive, np.random.default_rng(seed))
-    unseen = unseen_loss(weight, differences.size, family_at(look))
+    unseen = unseen_loss(weight, differences.size, family_at(look), hit)
     admitted = Interval(flips.mean, flips.mean - unseen, flips.mean + unseen, differences.size)
     return wider(flips.interval(family_at(look)), admitted)
 
@@ -52,13 +56,14 @@ class MeetingLooks:
     the same bound however fast they were driven.
     """
 
-    def __init__(self, seed: int) -> None:
+    def __init__(self, seed: int, hit: float = HIT) -> None:
         """Begin without a mission.
 
         Args:
             seed: of random signs.
+            hit: [USD] that it costs to hit somebody.
         """
-        self._seed, self._look = seed, 0
+        self._seed, self._look, self._hit = seed, 0, hit
         self._drives: list[MissionDrive] = []
         self.bound = NO_INTERVAL  # [USD] of the last look, second arm less first
 
@@ -74,7 +79,7 @@ class MeetingLooks:
             self._look += 1
             differences = differences_of(self._drives)
             weight = unseen_weight(self._drives)
-            self.bound = bound_at(self._look, differences, weight, self._seed)
+            self.bound = bound_at(self._look, differences, weight, self._seed, self._hit)
 
 
 def differences_of(drives: Sequence[MissionDrive]) -> FloatArray:
@@ -82,16 +87,19 @@ def differences_of(drives: Sequence[MissionDrive]) -> FloatArray:
     return np.array([each.margins[1] - each.margins[0] for each in drives])
 
 
-def expected_bound(missions: int, differences: FloatArray, weight: float) -> Interval:
+def expected_bound(
+    missions: int, differences: FloatArray, weight: float, hit: float = HIT
+) -> Interval:
     """The bound to expect at a look, were its missions like those that are there.
 
     Args:
         missions: of that look, one of :data:`NUMBERS`.
         differences: [USD], shape (n,), n of at least 2.
         weight: as of :func:`bound_at`.
+        hit: likewise.
     """
     tests = family_at(NUMBERS.index(missions) + 1)
     z = NORMAL.inv_cdf(1.0 - SIGNIFICANCE / (2.0 * tests))
     mean, spread = float(differences.mean()), float(differences.std(ddof=1))
-    half = max(z * spread / math.sqrt(missions), unseen_loss(weight, missions, tests))
+    half = max(z * spread / math.sqrt(missions), unseen_loss(weight, missions, tests, hit))
     return Interval(mean, mean - half, mean + half, missions)

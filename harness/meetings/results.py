@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from harness.economics.unseen import HIT
 from harness.meetings.mission import MissionDrive
-from harness.meetings.strata import HIT, PRIOR, STRATA
+from harness.meetings.strata import PRIOR, STRATA
 from harness.statistics.bootstrap import bootstrap_mean
 from harness.statistics.interval import SIGNIFICANCE, Interval, Z, wider
 from harness.statistics.rates import poisson_rate
@@ -50,6 +51,7 @@ class MeetingsResult:
     strata: tuple[StratumResult, ...]
     farthest_off: float  # [m] that an arm was beside the planned way
     unseen_weight: float  # meetings a delivery that the next hit is to be expected to stand for
+    hit: float = HIT  # [USD] that it costs to hit somebody
 
     @property
     def meetings(self) -> int:
@@ -63,12 +65,13 @@ class MeetingsResult:
         return found
 
 
-def result_of(known: Sequence[MissionDrive], seed: int = 0) -> MeetingsResult:
+def result_of(known: Sequence[MissionDrive], seed: int = 0, hit: float = HIT) -> MeetingsResult:
     """What missions say, at least one.
 
     Args:
         known: the missions.
         seed: of the resamples of margins.
+        hit: [USD] that it costs to hit somebody.
     """
     margins = np.array([each.margins for each in known])
     arms, weight = range(margins.shape[1]), unseen_weight(known)
@@ -76,10 +79,11 @@ def result_of(known: Sequence[MissionDrive], seed: int = 0) -> MeetingsResult:
         episodes=tuple(each.episode for each in known),
         margins=margins,
         hits=np.array([[arm.expected_hits for arm in each.arms] for each in known]),
-        arms=tuple(_arm_result(known, arm, margins[:, arm], HIT * weight, seed) for arm in arms),
+        arms=tuple(_arm_result(known, arm, margins[:, arm], hit * weight, seed) for arm in arms),
         strata=tuple(_stratum_result(known, number) for number in range(len(STRATA))),
         farthest_off=max(arm.farthest_off for each in known for arm in each.arms),
         unseen_weight=weight,
+        hit=hit,
     )
 
 
@@ -100,7 +104,7 @@ def unseen_weight(known: Sequence[MissionDrive]) -> float:
     return weighted / total
 
 
-def unseen_loss(weight: float, missions: int, tests: int = 1) -> float:
+def unseen_loss(weight: float, missions: int, tests: int = 1, hit: float = HIT) -> float:
     """What hits may cost that nobody has seen [USD a delivery].
 
     Poisson's upper bound of no event, -ln(level / 2), at 95 % adjusted for tests.
@@ -109,8 +113,9 @@ def unseen_loss(weight: float, missions: int, tests: int = 1) -> float:
         weight: as of :func:`unseen_weight`.
         missions: that were driven.
         tests: for which the level is adjusted.
+        hit: [USD] that it costs to hit somebody.
     """
-    return -math.log(SIGNIFICANCE / (2.0 * tests)) * HIT * weight / missions
+    return -math.log(SIGNIFICANCE / (2.0 * tests)) * hit * weight / missions
 
 
 def _arm_result(

@@ -11,7 +11,6 @@ STRATA = tuple((miss, direction) for miss in MISSES for direction in DIRECTIONS)
 # [USD] spread of what a meeting costs, before any is driven: that of a hit, times the root of its
 # probability by the miss; it decides how many are driven, never what they come to
 PRIOR = np.repeat((25.0, 20.0, 10.0, 6.0, 4.0), len(DIRECTIONS))
-HIT = 60.0  # [USD] about what it costs to hit somebody
 PRIOR_WEIGHT = 10.0  # meetings that the prior counts as
 # [USD] passings a delivery times these spreads, in the default world (15 missions of sidewalk)
 PRIOR_SUM = 17.0

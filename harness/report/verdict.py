@@ -16,7 +16,7 @@ from harness.analysis.side import Side
 from harness.economics.cost_terms import MARGIN
 from harness.economics.valuation import CENT
 from harness.report.numbers import all_of, counted, interval_text, number_text, p_text
-from harness.statistics.interval import Interval, fewest_missions, wider
+from harness.statistics.interval import Interval, admitting, fewest_missions
 from harness.statistics.paired import PairedDifference, needed_for
 from harness.study.stored_run import StoredRun
 
@@ -61,7 +61,7 @@ def rankings(parties: Sequence[Party]) -> list[str]:
         if not pair.differs:
             lines.append(_alike(f"{best} and {name}", margin, each))
             continue
-        span = wider(pair.difference, each.unseen)
+        span = admitting(pair.difference, each.unseen)
         told = f"{interval_text(span)} USD a delivery more over {counted(span.n, 'mission')}, p "
         told += p_text(pair.p_holm)
         if family.size > 1:

@@ -70,6 +70,18 @@ def wider(found: Interval, other: Interval | None) -> Interval:
     return dataclasses.replace(found, low=low, high=high)
 
 
+def admitting(found: Interval, unseen: Interval | None) -> Interval:
+    """What was found, between bounds that admit a loss nobody has seen, where these are known.
+
+    Values that are all alike have no bounds of their own; what has not been seen is no less likely.
+    """
+    if unseen is None or unseen.low is None or unseen.high is None or found.value is None:
+        return found
+    if found.low is None or found.high is None:
+        return dataclasses.replace(found, low=unseen.low, high=unseen.high)
+    return wider(found, unseen)
+
+
 def interval_json(interval: Interval | None) -> dict[str, float | int | None] | None:
     """The interval as one JSON object; None where there is none."""
     if interval is None:

@@ -16,6 +16,7 @@ from harness.analysis.check import (
     Looks,
     check_document,
     evaluate,
+    reach_at,
 )
 from harness.analysis.compare import side_of, warnings_of
 from harness.analysis.meetings_check import MeetingsChecked
@@ -255,11 +256,12 @@ def _driven(
 
 def _drive(path: Path, declaration: CheckDeclaration, where: Where, budget: float) -> CheckResult:
     study = load_study(path, where.workers)
-    looks, is_stopped = Looks(declaration.within), False
+    prices = prices_of(study.template.prices)
+    looks, is_stopped = Looks(declaration.within, reach_at(prices)), False
     with RunFolder(path, TABLES, study.total) as folder:
         say_notes(folder.notes)
         require_own(study, folder)
-        differences = Differences(folder, prices_of(study.template.prices))
+        differences = Differences(folder, prices)
         differences.tell(looks)
         if looks.missions:
             say(f"going on after {counted(looks.missions, 'mission')}")

@@ -10,14 +10,14 @@ from harness.economics.optional_prices import OptionalPrices, load_optional_pric
 from harness.economics.price import check_prices, names_of, with_values
 from harness.economics.prices import Prices, checked, load_prices
 from harness.fleet.ledger import FleetPrices
-from harness.fleet.legs import library_of
+from harness.fleet.legs import library_of, notes_on
 from harness.fleet.result import FleetResult, simulate, simulated_days
 from harness.fleet.settings import FleetSettings, is_setting, load_settings
 from harness.fleet.study import DAYS, RESAMPLES
 from harness.report.fleet.page import write_fleet_page
 from harness.storage.documents import write_document
 from harness.storage.new_run import output_folder, require_usable
-from navbench.api.progress import count_shown
+from navbench.api.progress import count_shown, say
 from navbench.api.report import today
 from navbench.api.runs import Run
 from navstack.errors import InputError, UnknownNameError
@@ -88,6 +88,9 @@ def day(
             dataclasses.replace(library, folders=", ".join(run.folder.name for run in own))
             for library, own in zip(libraries, runs, strict=True)
         ]
+    for library in libraries:
+        for note in notes_on(library, fleet.way):
+            say(f"note: {note}")
     sources = [", ".join(str(run.folder) for run in own) for own in runs]
     total = len(runs) * simulated_days(fleet, days, resamples)
     with output_folder(out, "day") as folder:

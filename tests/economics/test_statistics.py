@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from harness.statistics.bootstrap import bootstrap_mean
-from harness.statistics.interval import Interval, wilson_interval
+from harness.statistics.interval import Interval, admitting, wilson_interval
 
 
 @pytest.mark.parametrize(
@@ -107,3 +107,18 @@ def test_json_has_null_where_undefined():
         "high": None,
         "n": 0,
     }
+
+
+@pytest.mark.parametrize(
+    ("found", "unseen", "expected"),
+    [
+        ((7.0, None, None), (7.0, -17.0, 31.0), (7.0, -17.0, 31.0)),  # all alike: no less unsure
+        ((7.0, 5.0, 9.0), (7.0, 6.0, 31.0), (7.0, 5.0, 31.0)),
+        ((7.0, 5.0, 9.0), (7.0, None, None), (7.0, 5.0, 9.0)),
+        ((7.0, None, None), None, (7.0, None, None)),
+        ((None, None, None), (7.0, -17.0, 31.0), (None, None, None)),
+    ],
+)
+def test_what_has_not_been_seen_is_admitted(found, unseen, expected):
+    other = None if unseen is None else Interval(*unseen, 30)
+    assert admitting(Interval(*found, 30), other) == Interval(*expected, 30)

@@ -12,6 +12,7 @@ from harness.economics.unseen import (
     ContactLimits,
     contact_limits,
     difference_admitting_unseen,
+    hit_cost,
     margin_admitting_unseen,
     reach_of_loss,
 )
@@ -208,3 +209,14 @@ def test_distances_are_measured_from_the_reference() -> None:
     assert (elsewhere.low, elsewhere.high) == pytest.approx(
         (at_zero.low + 50.0, at_zero.high + 50.0)
     )
+
+
+def test_a_hit_costs_more_where_injuries_do():
+    """At the published prices about 60 USD; a hit of 100 N s is an injury of 37 USD of it."""
+    published = load_prices()
+    assert hit_cost(published) == pytest.approx(60.0, abs=0.5)
+    assert hit_cost(with_values(published, {"injury.costs.mais_0": 0.0})) == 60.0
+    dear = load_prices("robot_crash_tests")
+    injury = float(injury_costs(np.array([100.0]), dear)[0])
+    assert hit_cost(dear) == pytest.approx(23.0 + injury)
+    assert hit_cost(dear) > 5000.0

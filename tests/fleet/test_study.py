@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from harness.fleet.day_metrics import PROFIT
+from harness.fleet.legs import notes_on
 from harness.fleet.orders import draw_orders, order_times
 from harness.fleet.result import simulate, simulated_days
 from harness.fleet.settings import HourlyCurve, checked, load_settings
@@ -193,3 +194,14 @@ def test_a_way_that_is_set_is_as_long_as_it_says_also_at_its_usual_length():
     for length in (usual.way.value, 2.0):
         way = load_settings(values={"way": length}).way
         assert (way.value, way.low, way.high) == (length, None, None)
+
+
+def test_what_legs_cannot_tell_is_told():
+    way = make_settings(way=1.0).way
+    lossless = make_library(make_legs(20))
+    (note,) = notes_on(lossless, way)
+    assert note.startswith("none of the 20 legs of") and "no loss that nobody has seen" in note
+    late = make_library(make_legs(20, is_late=True))
+    assert notes_on(late, way) == []
+    (note,) = notes_on(late, dataclasses.replace(way, low=0.3, high=1.9))
+    assert "is 1 km long; ways that are shorter, down to 0.3 km, count as one" in note

@@ -9,7 +9,8 @@ import pytest
 
 import navbench
 from harness.analysis import check as analysis
-from harness.analysis.check import Looks, missions_that_decide, verdict_of
+from harness.analysis.check import Looks, missions_that_decide, reach_at, verdict_of
+from harness.economics.prices import load_prices
 from harness.statistics.betting import bound_at_every_look
 from harness.statistics.interval import Interval
 from harness.storage.new_run import ABLATION, CHECK
@@ -57,6 +58,21 @@ def test_a_look_that_decides_ends_the_check() -> None:
     for _ in range(200):
         looks.add(90.0)
     assert looks.missions == decided and looks.bound.high < 0.0
+
+
+def test_losses_count_as_far_as_hits_cost() -> None:
+    """One mission in twenty costs a dear hit, and the others earn a little more."""
+    prices = load_prices("robot_crash_tests")
+    reach = reach_at(prices)
+    assert reach_at(load_prices()) == pytest.approx(100.0, rel=0.01) and reach > 10_000.0
+    differences = np.where(np.arange(400) % 20 == 0, -4000.0, 15.0)
+    assert differences.mean() < 0.0 < np.clip(differences, -100.0, 100.0).mean()
+    assert verdict_of(bound_at_every_look(differences, 100.0), 1.0) == "better"
+    assert verdict_of(bound_at_every_look(differences, reach), 1.0) != "better"
+    looks = Looks(1.0, reach)
+    for each in differences.tolist():
+        looks.add(each)
+    assert verdict_of(looks.bound, 1.0) != "better"
 
 
 def test_the_missions_that_would_decide_do() -> None:

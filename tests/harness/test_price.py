@@ -16,6 +16,7 @@ from harness.economics.contact_costs import injury_cost, mais_probabilities, mon
 from harness.economics.cost_model import running
 from harness.economics.measured import Measured
 from harness.economics.optional_prices import load_optional_prices
+from harness.economics.price import with_values
 from harness.economics.prices import load_prices, price_sets
 from harness.economics.valuation import Risk, valuation_document, value
 from harness.metrics.columns import EVENT_COLUMNS
@@ -657,7 +658,11 @@ def test_a_run_under_all_sets(write_run, capsys):
 
 
 def test_the_curve_of_crash_tests_goes_through_what_was_measured():
-    curves = load_prices("robot_crash_tests").injury.logistic.curves
+    prices = load_prices("robot_crash_tests")
+    assert (
+        prices.injury_mass_factor == with_values(prices, {"robot_mass": 200.0}).injury_mass_factor
+    )
+    curves = prices.injury.logistic.curves
     at_least = 1.0 - np.cumsum(mais_probabilities(np.array([1.5, 3.1]), curves), axis=-1)
     tibia, chest = at_least[:, 1], at_least[:, 2]
     assert tibia == pytest.approx([0.05, 0.33], abs=0.005)

@@ -25,7 +25,7 @@ from harness.report.numbers import (
 from harness.report.short.setup import robot_price_line
 from harness.report.texts import OUTCOMES, notes
 from harness.report.verdict import DOUBT, MOST, going_on, repeated, undecided
-from harness.statistics.interval import wider
+from harness.statistics.interval import admitting
 from harness.storage.texts import quoted
 
 METRICS = {
@@ -116,7 +116,7 @@ def _differences(ablation: Ablation) -> Table:
     for difference in ablation.differences:
         paired = difference.paired
         cells = (
-            interval_text(wider(paired.difference, difference.unseen), None),
+            interval_text(admitting(paired.difference, difference.unseen), None),
             p_text(paired.p_holm),
             str(paired.difference.n),
             number_text(paired.detectable, None),
@@ -160,7 +160,7 @@ def sentence(difference: ArmDifference) -> str:
 
 def _subject(difference: ArmDifference) -> str:
     """The two arms, and the difference of their metric."""
-    gap, whose = wider(difference.paired.difference, difference.unseen), difference.against
+    gap, whose = admitting(difference.paired.difference, difference.unseen), difference.against
     is_money = difference.metric == MARGIN
     if not difference.paired.differs:
         verb = "earned the same as" if is_money else f"has the same {METRICS[difference.metric]} as"

@@ -14,7 +14,7 @@ from harness.metrics.metric import Metric
 from harness.report.comparison import winner
 from harness.report.page.entries import PageEntry
 from harness.report.texts import OUTCOMES
-from harness.statistics.interval import Interval, wider
+from harness.statistics.interval import Interval, admitting
 from harness.statistics.paired import PairedDifference
 
 Json = dict[str, Any]
@@ -81,7 +81,7 @@ def _comparison(
             entry = replace(entry, paired=margin)
         span = entry.paired.difference
         if key == MARGIN:
-            span = wider(span, result.unseen)
+            span = admitting(span, result.unseen)
         rows.append(
             {
                 "metric": titles.get(key, key),

@@ -4,7 +4,6 @@ import shlex
 from collections.abc import Sequence
 
 from harness.analysis.check import (
-    REACH,
     SIDES,
     CheckDeclaration,
     Checked,
@@ -33,10 +32,6 @@ MEANS = {  # column of a delivery -> how its mean is called, decimals
     "duration_s": ("Duration [s]", 1),
 }
 SAME = "alike: both drive by the same parameters, so that no delivery can differ"
-LIMIT = (
-    "The bound (95 %) holds at every look, so that the check may stop at any time; on a mission a "
-    f"difference beyond {REACH:g} USD counts as {REACH:g}."
-)
 
 
 def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[Block]:
@@ -60,7 +55,7 @@ def short_check(checked: Checked | None, declaration: CheckDeclaration) -> list[
         told = "; ".join(f"{name} {text}" for name, text in zip(SIDES, _told(mission), strict=True))
         lines.append(f"  {mission.episode}: {mission.difference:+.2f} USD; {told}")
         lines += [f"    {shlex.join(words)}" for words in _replays(checked, mission)[1:]]
-    return lines_of([*lines, LIMIT, _next(checked)])
+    return lines_of([*lines, _limit(checked), _next(checked)])
 
 
 def _setting(checked: Checked) -> str:
@@ -142,7 +137,15 @@ def check_markdown(checked: Checked | None, declaration: CheckDeclaration) -> st
         missions.append((str(mission.episode), difference, *_told(mission), replay))
     columns = ("Mission", "NEW - OLD [$]", "OLD", "NEW", "Replay")
     blocks.append(Table("Missions that differ most", columns, missions))
-    return markdown_text([*blocks, Text(LIMIT)])
+    return markdown_text([*blocks, Text(_limit(checked))])
+
+
+def _limit(checked: Checked) -> str:
+    """What the bound holds for."""
+    return (
+        "The bound (95 %) holds at every look, so that the check may stop at any time; on a "
+        f"mission a difference beyond {checked.reach:,.0f} USD counts as {checked.reach:,.0f}."
+    )
 
 
 def _left_out(checked: Checked) -> str:

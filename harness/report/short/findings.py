@@ -35,7 +35,7 @@ from harness.report.short.setup import (
 )
 from harness.report.texts import TEXTS
 from harness.report.verdict import rankings
-from harness.statistics.interval import Interval, wider
+from harness.statistics.interval import Interval, admitting
 from harness.study.stored_run import StoredRun, load_run
 
 MOST_PRICES = 5  # on which the money depends most
@@ -96,7 +96,7 @@ def _cells(comparison: Comparison, key: str) -> list[str]:
     entry = comparison.differences[key]
     difference, decimals = entry.paired.difference, None
     if key == MARGIN:
-        difference, decimals = wider(difference, comparison.unseen), 2
+        difference, decimals = admitting(difference, comparison.unseen), 2
     means = (number_text(mean, decimals) for mean in (entry.first, entry.second))
     return [*means, interval_text(difference, decimals)]
 

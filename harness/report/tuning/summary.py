@@ -12,7 +12,7 @@ from harness.economics.valuation import CENT, deliveries, meetings_losses
 from harness.metrics.columns import Row
 from harness.report.audit import audit_sentence
 from harness.report.numbers import all_of, counted, interval_text, number_text
-from harness.statistics.interval import Interval, fewest_missions, wider
+from harness.statistics.interval import Interval, admitting, fewest_missions
 from harness.tuning.explanation import Explanation
 from harness.tuning.objective import score_text
 from harness.tuning.result import COMPLETE, FAILED, PRUNED, StudyResult
@@ -94,7 +94,7 @@ def _proof(study: StudyResult, explanation: Explanation) -> str:
         where = "unseen test missions"
     means = f"{number_text(margin.original)} -> {number_text(margin.incumbent)} USD a delivery"
     text = f"margin {means} on {explanation.audit.missions} {where}: "
-    text += f"difference {interval_text(wider(margin.difference, explanation.unseen))}"
+    text += f"difference {interval_text(admitting(margin.difference, explanation.unseen))}"
     return f"{text}, {_verdict(margin.difference, explanation.unseen)}."
 
 

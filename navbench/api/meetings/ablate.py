@@ -6,6 +6,8 @@ from pathlib import Path
 
 from harness.ablation.analysis import AblationDeclaration
 from harness.ablation.meetings import MeetingsArms
+from harness.economics.unseen import hit_cost
+from harness.episode.files import prices_of
 from harness.meetings.allowed import INSTEAD, require_meetings
 from harness.meetings.kept import KeptMissions, kept_missions
 from harness.meetings.mission import MissionDrive
@@ -107,7 +109,8 @@ def _found(
     ]
     result = None
     if drives:
-        result = result_of(drives, study.template.seed)
+        hit = hit_cost(prices_of(study.template.prices))
+        result = result_of(drives, study.template.seed, hit)
     return MeetingsArms(
         declaration=declaration,
         arms=tuple(study.stacks[number] for number in chosen),

@@ -4,6 +4,8 @@ from pathlib import Path
 
 from harness.analysis.check import CheckDeclaration, verdict_of
 from harness.analysis.meetings_check import MeetingsChecked
+from harness.economics.unseen import hit_cost
+from harness.episode.files import prices_of
 from harness.meetings.kept import kept_missions
 from harness.meetings.looks import MeetingLooks
 from harness.meetings.mission import MissionDrive
@@ -32,7 +34,8 @@ def drive_meetings(
     """
     require_local(where)
     study = load_study(path, where.workers)
-    looks = MeetingLooks(study.template.seed)
+    hit = hit_cost(prices_of(study.template.prices))
+    looks = MeetingLooks(study.template.seed, hit)
 
     def is_decided_by(drive: MissionDrive) -> bool:
         looks.add(drive)
@@ -49,7 +52,7 @@ def drive_meetings(
             is_stopped = is_interrupted(study, kept, where, watch, is_decided_by, watch.until)
     result = None
     if kept.drives:
-        result = result_of(kept.drives, study.template.seed)
+        result = result_of(kept.drives, study.template.seed, hit)
     return MeetingsChecked(
         declaration=declaration,
         folder=path,
