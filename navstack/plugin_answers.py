@@ -4,11 +4,22 @@ What is no answer would else drive on as standstill, or as a cost that no trajec
 """
 
 import math
+from typing import TypeGuard
 
 import numpy as np
 
 from navstack.errors import NoPathFoundError, PluginError
 from navstack.types import Belief, FloatArray, Path, Twist2D
+
+
+def is_command(command: object) -> TypeGuard[Twist2D]:
+    """Whether something is a Twist2D of finite numbers."""
+    if not isinstance(command, Twist2D):
+        return False
+    try:
+        return all(map(math.isfinite, (command.linear_x, command.linear_y, command.angular_z)))
+    except TypeError:
+        return False
 
 
 def checked_command(command: object, controller: object) -> Twist2D:
@@ -17,9 +28,8 @@ def checked_command(command: object, controller: object) -> Twist2D:
     Raises:
         PluginError: it is no Twist2D of finite numbers.
     """
-    if isinstance(command, Twist2D):
-        if all(map(math.isfinite, (command.linear_x, command.linear_y, command.angular_z))):
-            return command
+    if is_command(command):
+        return command
     raise PluginError(_refusal(controller, command, "a Twist2D of finite numbers"))
 
 

@@ -31,6 +31,8 @@ from harness.world.outcome import ARRIVALS, Outcome, Verdict
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.truth import CountedContact, Partner, Truth
 from harness.world.world import Legacy, World
+from navstack.errors import InputError
+from navstack.plugin_answers import is_command
 from navstack.stopwatch import Latencies
 from navstack.types import Belief, Observation, Pose2D, Twist2D
 
@@ -133,10 +135,11 @@ class RunningDelivery:
         """
         try:
             command = self.brain.tick(self.observation)
+            self._decisions.record(self.brain)
         except Exception as error:  # whatever a stack or a policy raises
             self.fail(error)
         else:
-            self.drive(command)
+            self._drive(command)
 
     def fail(self, error: Exception) -> None:
         """End the delivery, which has failed by what its stack raised.
@@ -149,9 +152,18 @@ class RunningDelivery:
         self._failure = clean_text(f"{type(error).__name__}: {error}")
 
     def drive(self, command: Twist2D) -> Observation:
-        """Drive a tick by a command; returns what the sensors delivered."""
-        self._command = command
+        """Drive a tick by a command; returns what the sensors delivered.
+
+        Raises:
+            InputError: it is no Twist2D of finite numbers.
+        """
+        if not is_command(command):
+            raise InputError(f"drive({command!r}): give a Twist2D of finite numbers")
         self._decisions.record(self.brain)
+        return self._drive(command)
+
+    def _drive(self, command: Twist2D) -> Observation:
+        self._command = command
         self._ghosts.record(self.world.truth, self.brain)
         self._replay.record(self.world.truth, self.observation, self.brain, command)
         self.observation = self.world.step(command)

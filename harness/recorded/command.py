@@ -151,7 +151,9 @@ def localize(request: Request, show: Show) -> Localized:
         topics = Topics(bag.topics, bag.counts(), request.remap)
         reference = _reference(request.reference, topics)
         topic = reference if isinstance(reference, str) else None
-        choice = choose(request.localizer, topics, bag, topic, request.is_held_out)
+        choice = choose(
+            request.localizer, topics, bag, topic, request.is_held_out, request.base_frame
+        )
         read_transforms(bag, topics, mountings)
         _note_odometry(choice)
         receiver = Receiver(

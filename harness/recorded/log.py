@@ -72,7 +72,7 @@ def read_log(
         mountings.give(text)
     with Bag(request.bags, LOG_TYPES) as bag:
         topics = Topics(bag.topics, bag.counts(), request.remap)
-        chosen, edge = _choose(bag, topics, say)
+        chosen, edge = _choose(bag, topics, request.base_frame, say)
         read_transforms(bag, topics, mountings)
         if edge is None:
             frame = _one_frame(bag, chosen[ODOMETRY])
@@ -90,7 +90,9 @@ def read_log(
     return log
 
 
-def _choose(bag: Bag, topics: Topics, say: Say) -> tuple[dict[str, str], Edge | None]:
+def _choose(
+    bag: Bag, topics: Topics, base: str | None, say: Say
+) -> tuple[dict[str, str], Edge | None]:
     """The topics to read by kind, and between which frames transforms tell the odometry.
 
     Raises:
@@ -109,7 +111,7 @@ def _choose(bag: Bag, topics: Topics, say: Say) -> tuple[dict[str, str], Edge | 
             )
             continue
         chosen[kind] = name
-    if ODOMETRY not in chosen and (moving := moving_frame(bag, topics)) is not None:
+    if ODOMETRY not in chosen and (moving := moving_frame(bag, topics, base)) is not None:
         chosen[ODOMETRY] = moving[0]
         return chosen, moving[1]
     if ODOMETRY not in chosen:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from harness.recorded.mountings import Transform, frame_name, from_quaternion
+from harness.recorded.mountings import BASE_FRAMES, Transform, frame_name, from_quaternion
 from navstack.geometry import relative_to
 from navstack.types import Odometry, Pose2D, Twist2D
 
@@ -14,13 +14,25 @@ _FARTHEST = 1e7  # [m]
 Edge = tuple[str, str]  # names of parent and child as the transforms spell them
 
 
-def odometry_edge(message: Any) -> Edge | None:
-    """Frames between which a ``tf2_msgs/TFMessage`` has odometry; None: it has none."""
-    for stamped in message.transforms:
-        parent = stamped.header.frame_id
-        if frame_name(parent).rsplit("/", 1)[-1] in ODOMETRY_FRAMES:
-            return parent, stamped.child_frame_id
-    return None
+def odometry_edges(message: Any) -> list[Edge]:
+    """Frames between which a ``tf2_msgs/TFMessage`` may have odometry."""
+    return [
+        (stamped.header.frame_id, stamped.child_frame_id)
+        for stamped in message.transforms
+        if _own_name(stamped.header.frame_id) in ODOMETRY_FRAMES
+    ]
+
+
+def is_of_base(edge: Edge, base: str | None) -> bool:
+    """Whether what moves is the base: the frame that is given, or one with a usual name."""
+    if base:
+        return frame_name(edge[1]) == frame_name(base)
+    return _own_name(edge[1]) in BASE_FRAMES
+
+
+def _own_name(frame: str) -> str:
+    """A frame's name without its prefix."""
+    return frame_name(frame).rsplit("/", 1)[-1]
 
 
 class MovingFrame:

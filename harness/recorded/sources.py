@@ -7,7 +7,7 @@ from harness.recorded.bag import Bag
 from harness.recorded.bag_file import BagError
 from harness.recorded.messages import pose_of
 from harness.recorded.mountings import Mountings, frame_name
-from harness.recorded.moving_frame import Edge, odometry_edge
+from harness.recorded.moving_frame import Edge, is_of_base, odometry_edges
 from harness.recorded.ros_messages import (
     FIX,
     IMU,
@@ -57,6 +57,7 @@ def choose(
     bag: Bag,
     reference: str | None,
     is_held_out: bool = False,
+    base: str | None = None,
 ) -> Choice:
     """The topics that a localizer needs and can use.
 
@@ -77,7 +78,7 @@ def choose(
         name = topics.find(kind, reference)
         if name is not None and counts[name] > 0:
             chosen[kind] = name
-        elif kind == ODOMETRY and (moving := moving_frame(bag, topics)) is not None:
+        elif kind == ODOMETRY and (moving := moving_frame(bag, topics, base)) is not None:
             chosen[kind], edge = moving
         elif kind in needed:
             raise _missing(localizer, bag, kind, name)
@@ -92,13 +93,20 @@ def choose(
     return choice
 
 
-def moving_frame(bag: Bag, topics: Topics) -> tuple[str, Edge] | None:
-    """A topic of transforms that has odometry, and between which frames."""
+def moving_frame(bag: Bag, topics: Topics, base: str | None) -> tuple[str, Edge] | None:
+    """A topic of transforms that has odometry, and between which frames.
+
+    Where several frames move in the odometry's, it is that of the base, else the first.
+    """
+    others: list[tuple[str, Edge]] = []
     for name in (name for name, is_static in topics.transforms() if not is_static):
         for _, message in first_messages(bag, name, MOST_TRANSFORMS):
-            if (edge := odometry_edge(message)) is not None:
-                return name, edge
-    return None
+            found = [(name, edge) for edge in odometry_edges(message)]
+            of_base = [each for each in found if is_of_base(each[1], base)]
+            if of_base:
+                return of_base[0]
+            others += found[: 1 - len(others)]
+    return others[0] if others else None
 
 
 def _tells_twist(bag: Bag, topic: str) -> bool:

@@ -3,12 +3,15 @@
 import dataclasses
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from harness.episode.brains import navigator_on, steps_per_tick
+from harness.episode.episode import OF_THE_MACHINE
 from harness.episode.files import nav2_parameters, robot_of, world_params
 from harness.metrics.encounters import Body, in_base_frame, surface_distances
 from harness.scenarios.actors import ScriptedPedestrians
@@ -16,6 +19,7 @@ from harness.scenarios.checks import CheckResult, ScenarioDrive, judge
 from harness.scenarios.drawing import draw_scene, with_things
 from harness.scenarios.scenario import Scenario, load_scenario
 from harness.storage.shipped import resolve, shipped
+from harness.storage.texts import clean_text
 from harness.task.mission import Mission, check_apart, check_footprint_free, check_pose_free
 from harness.task.stack import load_stack
 from harness.task.study import RandomStreams, brain_rngs
@@ -25,7 +29,13 @@ from harness.world.outcome import ARRIVALS, Rules
 from harness.world.physics.robot import RobotParams
 from harness.world.pybullet_world import PyBulletWorld
 from harness.world.sensors.suite import SensorParams, SensorSuite
-from navstack.errors import InputError, NavstackError, ParameterError, UnknownNameError
+from navstack.errors import (
+    InputError,
+    NavstackError,
+    ParameterError,
+    PluginError,
+    UnknownNameError,
+)
 from navstack.navigation_status import Status
 from navstack.navigator import Navigator
 from navstack.params.strict import load_dataclass
@@ -107,10 +117,26 @@ def _drive(scenario: Scenario, path: Path) -> ScenarioDrive:
         steps_per_tick(nav2, params.physics.rate),
     )
     try:
-        navigator = navigator_on(mapped, world, stack, nav2)
+        with _told():
+            navigator = navigator_on(mapped, world, stack, nav2)
         return _deliver(scenario, real, world, navigator, robot, params.people.radius)
     finally:
         world.close()
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Tell what algorithms of other packages raise in one line.
+
+    Raises:
+        PluginError: they raised something.
+    """
+    try:
+        yield
+    except (NavstackError, *OF_THE_MACHINE):
+        raise
+    except Exception as error:
+        raise PluginError(clean_text(f"{type(error).__name__}: {error}")) from error
 
 
 def _scene(scenario: Scenario, path: Path) -> Scene:
@@ -140,12 +166,15 @@ def _deliver(
     check_apart(scenario.start, scenario.goal, rules.arrival_radius)
     generators = RandomStreams(scenario.seed, 0)
     observation = world.reset(Mission(scenario.start, scenario.goal, 0.0), generators)
-    navigator.reset(scenario.goal, Belief(scenario.start), brain_rngs(generators))
+    with _told():
+        navigator.reset(scenario.goal, Belief(scenario.start), brain_rngs(generators))
     body = Body(robot.center, robot.half_size, radius)
     rows: list[tuple[float, ...]] = []
     end = math.inf  # [s] when the aftermath of giving up is over
     while (verdict := rules.judge(world.truth, scenario.goal)) is None and world.stamp < end:
-        command, truth = navigator.tick(observation), world.truth
+        with _told():
+            command = navigator.tick(observation)
+        truth = world.truth
         error = 0.0
         if navigator.belief:
             believed = navigator.belief.pose

@@ -34,6 +34,10 @@ from navstack.errors import InputError
 from navstack.types import FloatArray
 
 _LEAST_AREA = 0.05  # [m2] of a piece that stays
+_NO_WAY = (
+    "the box has no sidewalk, footway or area for people, and no street tagged sidewalk=both, left "
+    "or right; choose another box"
+)
 _SIMPLER = 0.05  # [m] by which outlines may move
 _SMALL_SHARE = 0.25  # [-] of the largest part: a smaller one stays only if it is mapped
 _PLAZAS = ("pedestrian", "footway", "path", "living_street")
@@ -82,10 +86,7 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     sides, medians = without_medians(sides, streets)
     sides += around_bends(streets, sides)
     if not beside and plazas.is_empty and not any(walk.source == "tag" for walk in sides):
-        raise InputError(
-            "the box has no sidewalk, footway or area for people, and no street tagged "
-            "sidewalk=both, left or right; choose another box"
-        )
+        raise InputError(_NO_WAY)
     ways = [*(walk for walk in walks if walk.kind != "crossing"), *sides]
     walks += more_crossings(extract, streets, walks, sides)
     box = shapely.box(extract.box.x0, extract.box.y0, extract.box.x1, extract.box.y1)
@@ -113,6 +114,8 @@ def lay_ground(extract: Extract, rng: np.random.Generator) -> DistrictGround:
     walkable = shapely.intersection(shapely.difference(people, built), box)
     mapped = shapely.union(drawn, shapely.intersection(sides_ground, tagged))
     walkable = _joined_or_mapped(_polygons(walkable).simplify(_SIMPLER), mapped)
+    if walkable.is_empty:
+        raise InputError(_NO_WAY)
     roads = shapely.intersection(shapely.difference(carriageways, people), box)
     green = _union([area.geometry for area in extract.areas if _is_green(area)])
     green = shapely.intersection(green, box)

@@ -6,6 +6,7 @@ from scipy.spatial import Voronoi
 
 from navstack.types import FloatArray, IntArray
 
+_FEWEST = 4  # points that have a Voronoi diagram
 _SPACING = 0.4  # [m] of points along the area's edges
 
 
@@ -28,6 +29,8 @@ def medial_axis(
     """
     edges = shapely.segmentize(shapely.boundary(area), _SPACING)
     samples = np.unique(np.round(shapely.get_coordinates(edges), 4), axis=0)
+    if len(samples) < _FEWEST:
+        return np.empty((0, 2)), np.empty(0), np.empty((0, 2), dtype=np.int64)
     diagram = Voronoi(samples)
     ridges: IntArray = np.asarray(diagram.ridge_vertices, dtype=np.int64)
     between: IntArray = np.asarray(diagram.ridge_points, dtype=np.int64)

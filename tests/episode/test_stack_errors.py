@@ -1,5 +1,7 @@
 """An error of a stack is a failed delivery; one of the machine leaves no result."""
 
+import dataclasses
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,7 +16,8 @@ from harness.storage.texts import LONGEST_TEXT
 from harness.study.drive import record_of
 from harness.task.brain import Brain
 from harness.task.study import EpisodeTask, make_study
-from navstack.errors import NavstackError, PlanningError
+from navstack.control.decision import DecisionRecord
+from navstack.errors import InputError, NavstackError, PlanningError
 from navstack.navigation_status import Trouble
 from navstack.types import Belief, Generators, Observation, Pose2D, Twist2D
 from tests.rules import short_rules
@@ -54,6 +57,14 @@ class Stuck(Brain):
     @property
     def trouble(self) -> Trouble:
         return Trouble(history="53.0 s no plan; " * 100)
+
+
+class Mumbles(Fails):
+    """Drives, but cannot say what it decided."""
+
+    @property
+    def decision(self) -> DecisionRecord | None:
+        raise ValueError("lost for words")
 
 
 @pytest.fixture
@@ -135,3 +146,19 @@ def test_a_long_history_is_the_same_driven_and_stored(task: EpisodeTask) -> None
     with Workers(1, InProcess) as workers:
         (finished,) = workers.run(lambda _: driven, [task])
     assert record_of(finished)["row"] == driven.row
+
+
+def test_a_decision_that_cannot_be_told_is_an_error_of_the_stack(task: EpisodeTask) -> None:
+    recorded = dataclasses.replace(task, keep_decisions=True)
+    delivery = run_episode(recorded, lambda parts, world: Mumbles(ValueError, 99.0))
+    assert delivery.row["outcome"] == "physical_assistance"
+    assert "ValueError: lost for words" in delivery.row["stack_error"]
+
+
+@pytest.mark.parametrize("command", [Twist2D(math.nan, 0.0, 0.0), Twist2D("1", 0.0, 0.0), None])  # type: ignore[arg-type]
+def test_what_is_no_command_is_not_driven(hall: Path, command: Twist2D) -> None:
+    delivery = navbench.make_world("parked", map=str(hall), pedestrians=0)
+    before = delivery.truth.pose
+    with pytest.raises(InputError, match="give a Twist2D of finite numbers"):
+        delivery.drive(command)
+    assert delivery.truth.pose == before

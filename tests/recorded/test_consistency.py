@@ -19,8 +19,12 @@ def doubts(
     gap: float = 0.0,
     jump: float = 0.0,
     is_world_frame: bool = False,
+    set_on: float = 0.0,
 ) -> list[str]:
-    """Of a minute on a circle, each sensor with a factor; halfway the odometry may jump by [m]."""
+    """Of a minute on a circle, each sensor with a factor; halfway the odometry may jump by [m].
+
+    The clock may be set forward by ``set_on`` [s] then.
+    """
     consistency = Consistency()
     for stamp in np.arange(0.0, 60.0, 0.05):
         if 20.0 < stamp < 20.0 + gap:
@@ -31,15 +35,24 @@ def doubts(
         if is_world_frame:
             twist = Twist2D(SPEED * math.cos(yaw), SPEED * math.sin(yaw), TURN)
         pose = Pose2D(x + jump * (stamp > 30.0), y, math.remainder(yaw, math.tau))
-        consistency.take(Odometry(stamp, pose, twist))
+        told = stamp + set_on * (stamp > 30.0)
+        consistency.take(Odometry(told, pose, twist))
         heading_now = math.remainder(heading * yaw, math.tau)
-        consistency.take(Imu(stamp, heading_now, gyro * TURN, 0.0, 0.0))
+        consistency.take(Imu(told, heading_now, gyro * TURN, 0.0, 0.0))
     return consistency.doubts()
 
 
 @pytest.mark.parametrize(
     "given",
-    [{}, {"speed": 1.1}, {"gyro": 0.7}, {"heading": math.nan}, {"gap": 10.0}, {"jump": 500.0}],
+    [
+        {},
+        {"set_on": 1.6e9},
+        {"speed": 1.1},
+        {"gyro": 0.7},
+        {"heading": math.nan},
+        {"gap": 10.0},
+        {"jump": 500.0},
+    ],
 )
 def test_what_real_sensors_differ_by_is_no_doubt(given):
     assert doubts(**given) == []

@@ -57,6 +57,7 @@ def test_the_axis_of_a_corridor_is_its_middle() -> None:
 
 
 def test_nothing_narrow_is_a_way() -> None:
+    assert [len(each) for each in medial_axis(shapely.Polygon(), 0.45)] == [0, 0, 0]
     assert len(medial_axis(shapely.box(0.0, 0.0, 30.0, 0.8), 0.45)[2]) == 0
 
 

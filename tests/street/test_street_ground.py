@@ -9,6 +9,7 @@ from harness.street.district import District, build_district
 from harness.street.osm_file import GeoBox, read_extract
 from harness.street.route_graph import build_graph
 from harness.street.routes import find_route, nearest_point
+from navstack.errors import InputError
 from tests.street.town import BOX, Point, Town
 
 MIDDLE = shapely.Point(75, 100)  # of the street between the houses
@@ -162,3 +163,11 @@ def test_a_way_that_the_box_cuts_goes_on_however_wide_it_is(tmp_path: Path, high
     graph = build_graph(district_of(town, tmp_path))
     goes_on = graph.goes_on[graph.points[:, 1] > 50.0]
     assert goes_on.all() and not graph.goes_on.all()
+
+
+def test_a_box_beside_all_ways_is_refused(tmp_path: Path) -> None:
+    """The footway ends 15 m before the box, so that it is among the ways but not on its ground."""
+    town = Town()
+    town.way((0, -15), (200, -15), highway="footway")
+    with pytest.raises(InputError, match="the box has no sidewalk, footway or area for people"):
+        district_of(town, tmp_path)

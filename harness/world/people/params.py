@@ -95,6 +95,11 @@ class PedestrianParams(Parameters, whose="pedestrians"):
                 "pedestrians: goal_choice in_turn is for people who avoid nobody; where those of "
                 "social_force go would hang on the robot: allowed with it is random"
             )
+        if self.beginning == "stationary" and self.goals == 1 and self.pause_max == 0.0:
+            raise ParameterError(
+                "pedestrians: goals 1 and pause 0 s: errands take no time, of which beginning "
+                "stationary draws a moment; allowed with it are more goals or pauses"
+            )
         if not self.pause_min <= self.pause_max:
             raise ParameterError(
                 f"pedestrians: pause {self.pause_min}..{self.pause_max} s; it must be a range"

@@ -14,7 +14,8 @@ from navstack.geometry import transform_points
 from navstack.types import BoolArray, FloatArray, IntArray
 
 MAX_BYTES = 20_000_000  # of a recording; an hour of a busy square has about 10 MB
-FARTHEST = 1e8  # [m] or [s] or [frames] of a sample
+FARTHEST = 1e8  # [m] of a sample, and [s] from the first one to the last
+LATEST = 1e12  # [s] or [frames] of a sample, whose clock may count from 1970; number of a person
 MAX_PEOPLE = 10_000  # each costs time in every step
 MAX_SPEED = 15.0  # [m/s] between two samples; the fastest sprinter runs 12.4 m/s
 COLUMNS = ("id", "t", "x", "y")
@@ -115,7 +116,7 @@ def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line
     """The id, the time (or frame), x and y of a row, which ``chosen`` names in this order.
 
     Raises:
-        InputError: a column too many or too few, or a value that is no number within ``FARTHEST``.
+        InputError: a column too many or too few, or a value that is no number within its limit.
     """
     if len(row) != width:
         raise InputError(
@@ -127,11 +128,11 @@ def _sample(row: list[str], width: int, chosen: dict[str, int], path: Path, line
             values[name] = float(row[column])
         except ValueError:
             values[name] = math.nan
-        if not abs(values[name]) <= FARTHEST:
+        most = FARTHEST if name in ("x", "y") else LATEST
+        if not abs(values[name]) <= most:
             raise InputError(
                 f"people file '{path}', line {line}: {name} '{row[column].strip()}'; a finite "
-                "number is needed, "
-                f"at most {FARTHEST:g}"
+                f"number is needed, at most {most:g}"
             )
     person, time, x, y = (values[name] for name in chosen)
     return person, time, x, y
@@ -151,6 +152,12 @@ def _arrange(samples: FloatArray, params: ReplayParams, path: Path) -> Recording
         raise InputError(
             f"people file '{path}' has {people} people; at most {MAX_PEOPLE} are read: cut a part "
             "of it"
+        )
+    lasts = float(np.ptp(samples[:, 1]))
+    if not 0.0 < lasts <= FARTHEST:
+        raise InputError(
+            f"people file '{path}' lasts {lasts:g} s; more than 0 and at most {FARTHEST:g} s are "
+            "needed, as people are there from their first sample to their last"
         )
     return Recording(
         firsts=np.concatenate(([0], np.flatnonzero(~same) + 1, [len(samples)])),

@@ -147,6 +147,31 @@ def test_odometry_may_stand_in_transforms_alone(tmp_path: Path) -> None:
     assert log.topics["nav_msgs/msg/Odometry"] == "/tf"
 
 
+@pytest.mark.parametrize(
+    ("others", "base"),
+    [(("camera_pose",), None), (("camera_pose", "base_link"), "robot"), ((), "robot")],
+)
+def test_of_transforms_that_move_the_bases_is_taken(
+    tmp_path: Path, others: tuple[str, ...], base: str | None
+) -> None:
+    """A camera that tracks by itself publishes first, and stands still."""
+    own = base or "base_footprint"
+    moved = [
+        transforms(
+            START + t,
+            *(("odom", each, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)) for each in others),
+            ("odom", own, (t, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
+            topic="/tf",
+        )
+        for t in np.arange(0.0, 10.01, 0.05).tolist()
+    ]
+    bag = drives.write_mcap(tmp_path / "drive.mcap", moved)
+    told: list[str] = []
+    log = read_log(LogRequest((bag,), base_frame=base), told.append)
+    assert told[0].startswith(f"there is no topic of odometry: it is taken from odom -> {own} in")
+    assert log.steps.sum() == pytest.approx(9.95)
+
+
 @pytest.mark.parametrize("is_told", [False, True])
 def test_a_unit_whose_gravity_is_no_push_counts_once_its_mounting_is_told(
     tmp_path: Path, is_told: bool

@@ -157,6 +157,13 @@ def test_the_lidar_sees_only_who_is_there():
         ("a.csv", "id,t,x,y\n", "has no samples"),
         ("a.csv", "id,t,x,y\n1,0,1,1\n1,1,abc,1\n", "line 3: x 'abc'; a finite number is needed"),
         ("a.csv", "id,t,x,y\n1,0,nan,1\n", "line 2: x 'nan'; a finite number"),
+        (
+            "a.csv",
+            "id,t,x,y\n1,0,2e8,1\n",
+            "line 2: x '2e8'; a finite number is needed, at most 1e",
+        ),
+        ("a.csv", "id,t,x,y\n1,12,1,1\n2,12,2,2\n", r"lasts 0 s; more than 0 and at most 1e\+08 s"),
+        ("a.csv", "id,t,x,y\n1,0,1,1\n1,2e8,2,2\n", r"lasts 2e\+08 s; more than 0"),
         ("a.csv", "id,t,x,y\n1,0,1\n", "line 2: 3 columns; 4 are needed"),
         ("a.csv", "id,t,x,y\n1,0,1,1\n1,0,2,1\n", "id 1 has two samples at the time 0 s"),
         (
@@ -196,6 +203,13 @@ def test_who_cannot_have_walked_so_is_refused_in_one_line(tmp_path, name, text, 
     assert name in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_a_clock_may_count_from_1970_and_numbers_of_people_be_long(tmp_path):
+    rows = "id,t,x,y\n99999999999,1700000000.0,0,0\n99999999999,1700000002.5,3,0\n"
+    recording = load_recording(ReplayParams(write(tmp_path, rows, "a.csv")))
+    assert (recording.count, recording.duration) == (1, 2.5)
+    assert recording.times.tolist() == [0.0, 2.5]
+
+
 def test_a_sprint_is_no_teleport_and_another_person_may_be_anywhere(tmp_path):
     rows = "id,t,x,y\n1,0,0,0\n1,1,15,0\n2,0.5,500,500\n2,1,500,505\n"
     assert load_recording(ReplayParams(write(tmp_path, rows))).count == 2
@@ -220,7 +234,7 @@ def test_a_data_set_counts_frames_and_has_x_and_y_in_its_third_and_fifth_column(
 
 def test_ten_thousand_people_are_read_and_no_more():
     samples = np.zeros((10_001, 4))
-    samples[:, 0] = np.arange(10_001)
+    samples[:, 0] = samples[:, 1] = np.arange(10_001)
     assert _arrange(samples[:-1], ReplayParams(), Path("a.csv")).count == 10_000
     with pytest.raises(InputError, match=r"'a\.csv' has 10001 people; at most 10000 are read"):
         _arrange(samples, ReplayParams(), Path("a.csv"))
