@@ -110,7 +110,7 @@ def _gain(told: Told, known: Told) -> float | None:
     if len(stamps) < 2 or len(told[0]) < 2:
         return None
     windows = np.unique(np.floor((stamps - stamps[0]) / _WINDOW))  # a clock may be set forward
-    ends = np.searchsorted(stamps, stamps[0] + _WINDOW * windows)
+    ends = np.searchsorted(stamps[:-1], stamps[0] + _WINDOW * windows)
     is_told = (stamps[ends] >= told[0][0]) & (stamps[ends] <= told[0][-1])
     ends = ends[is_told]
     columns = [np.interp(stamps[ends], told[0], column) for column in told[1].T]
