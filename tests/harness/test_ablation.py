@@ -183,8 +183,12 @@ def test_the_price_of_an_error_is_recovered(write_run: WriteRun) -> None:
     by_arm = {each.arm: each for each in ablation.of("contribution_margin")}
     assert by_arm["position=2"].paired.difference.value == pytest.approx(-2.0 * PRICE)
     assert by_arm["position=2"].paired.is_significant
-    told = "position=2 earned 1.4 USD a delivery less than ground_truth: significant (40 missions"
-    assert sentence(by_arm["position=2"]).startswith(told)
+    told = (
+        "position=2 earned 1.4 [-50.9, 53.6] USD a delivery less than ground_truth: significant ("
+    )
+    said = sentence(by_arm["position=2"])
+    assert said.startswith(told), "all missions alike: what is unseen is no less likely"
+    assert said.endswith("an unseen loss could undo that.")
     assert "0.7" in price_sentence(price) and "USD per run per metre" in price_sentence(price)
 
 
