@@ -339,6 +339,11 @@ def test_a_file_that_cannot_run_here_is_an_error_only_where_it_matters(robot_wit
     assert not [notice for notice in lint(spare) if notice.is_error]
 
 
+def test_a_point_is_not_beside_itself(robot_with):
+    notices = found(robot_with({"local_costmap.robot_radius": 0.0}))
+    assert "no-robots-size" in notices and "base-beside-footprint" not in notices
+
+
 def test_a_file_may_have_no_progress_checker(robot_with):
     """Jazzy allows it since January 2026: the robot is never stuck."""
     nav2 = robot_with({"controller_server.progress_checker_plugins": []})

@@ -74,7 +74,8 @@ def base_beside_footprint(subject: Subject, view: CostmapView) -> Iterator[Findi
     point outside.
     """
     outline = robot_footprint(view.params)
-    if not holds_origin(pad_footprint(outline, SMALLEST)):
+    has_size = np.ptp(outline, axis=0).min() >= SMALLEST
+    if has_size and not holds_origin(pad_footprint(outline, SMALLEST)):
         (left, low), (right, high) = outline.min(axis=0).tolist(), outline.max(axis=0).tolist()
         yield Finding(
             subject.shape_key(view.node),
