@@ -15,6 +15,7 @@ from harness.ablation.analysis import (
     analyse,
     break_even_interval,
     compared_pairs,
+    error_price,
     points,
 )
 from harness.ablation.arms import arms_of, drives_by_scan
@@ -419,3 +420,15 @@ def test_an_arm_without_a_delivery_is_told_as_such(write_run: WriteRun) -> None:
     lost = ablation.arms[2]
     assert lost.margin.value is None and lost.capex_usd is None and lost.break_even.value is None
     assert {each.arm for each in ablation.differences} == {"gps"}
+
+
+@pytest.mark.parametrize(("noise", "has_bounds"), [(1e-5, False), (0.5, True)])
+def test_a_price_that_is_the_same_on_all_missions_has_no_interval(
+    noise: float, has_bounds: bool
+) -> None:
+    """As where an error makes every delivery time out: what is rare has not been seen."""
+    margin = np.random.default_rng(0).normal((3.49, -3.49), noise, (20, 2))
+    levels = {"ground_truth": 0.0, "position=1": 1.0}
+    price = error_price("position", levels, margin, np.arange(20), 0).price
+    assert price.value == pytest.approx(6.98, abs=4.0 * noise)
+    assert (price.low is not None) == has_bounds
