@@ -30,8 +30,7 @@ def fitting_sensors(sensors: Path, robot: Path) -> Path:
     if not is_preset(sensors):
         return sensors
     try:
-        corners = np.array(load_yaml(robot)["footprint"], dtype=np.float64)
-        box = np.array((corners.min(axis=0), corners.max(axis=0)))
+        box = box_about(np.array(load_yaml(robot)["footprint"], dtype=np.float64))
     except (InputError, LookupError, TypeError, ValueError):
         return sensors
     if box.shape != (2, 2):
@@ -41,6 +40,11 @@ def fitting_sensors(sensors: Path, robot: Path) -> Path:
         return sensors
     carry(content["lidar"], box)
     return made_file(sensors.name, yaml_text(content))
+
+
+def box_about(outline: FloatArray) -> FloatArray:
+    """Lower and upper corner (2, 2) about a polygon (N, 2)."""
+    return np.round((outline.min(axis=0), outline.max(axis=0)), 6)
 
 
 def carry(lidar: dict[str, Any], box: FloatArray) -> None:

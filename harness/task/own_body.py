@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from harness.task.lidar_place import carry, is_preset, yaml_text
+from harness.task.lidar_place import box_about, carry, is_preset, yaml_text
 from harness.task.made_files import made_file
 from navstack.errors import ParameterError
 from navstack.geometry import holds_origin, pad_footprint
 from navstack.params.costmap import CostmapParams, robot_footprint
+from navstack.params.lint.costmaps import LARGEST, SMALLEST
 from navstack.params.lint.subject import BEHAVIORS, CONTROLLER, SMOOTHER, Subject
 from navstack.params.nav2_file.file import Nav2File
 from navstack.params.nav2_file.views import read_costmap
@@ -34,7 +35,6 @@ STEADY = 0.9  # share of the acceleration at which it would tip over
 SPEED, YAW_RATE = 0.5, 1.0  # [m/s], [rad/s] where the file says nothing
 # of another robot
 KEPT = ("wheel_friction", "rolling_resistance", "servo_time_constant", "body_friction")
-SMALLEST, LARGEST = 0.02, 20.0  # [m] a side of its box
 BEHIND = 0.3  # share of its length behind the axle from which on casters have room there
 SIDEWAYS = 0.5  # [m/s] of an Omni motion model: the default of vy_max
 
@@ -79,7 +79,7 @@ def own_body(nav2: Nav2File, robot: Path, sensors: Path, title: str) -> OwnBody 
         return None  # refused with its reason where it is to drive
     known: dict[str, Any] = load_yaml(robot)
     limits = _limits(Subject(nav2))
-    off = np.abs(_corners(outline) - _corners(np.array(known["footprint"]))).max()
+    off = np.abs(box_about(outline) - box_about(np.array(known["footprint"]))).max()
     if off < SAME and limits.speed <= FASTER * known["max_speed"]:
         return None
     box = _box(outline)
@@ -107,7 +107,7 @@ def _require_robot(
             f"{SMALLEST:g} to {LARGEST:g} m on each side: give it in metres, {way_on}"
         )
     if not holds_origin(pad_footprint(outline, SMALLEST)):
-        (left, low), (right, high) = _corners(outline).tolist()
+        (left, low), (right, high) = box_about(outline).tolist()
         raise ParameterError(
             f"{where}, x from {left:g} to {right:g} m and y from {low:g} to {high:g} m, does not "
             f"hold the base frame's origin: give its corners relative to that, {way_on}"
@@ -154,7 +154,7 @@ def _box(outline: FloatArray) -> FloatArray:
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, QhullError
 
-    box = _corners(outline)
+    box = box_about(outline)
     half = 0.5 * (box[1] - box[0])
     try:
         sides = ConvexHull(outline).equations  # outward normals, and minus the distance of each
@@ -172,11 +172,6 @@ def _box(outline: FloatArray) -> FloatArray:
     middle, share = found.x[:2], found.x[2]
     smaller: FloatArray = np.round((middle - share * half, middle + share * half), 6)
     return smaller
-
-
-def _corners(outline: FloatArray) -> FloatArray:
-    """Lower and upper corner (2, 2) about a polygon."""
-    return np.round((outline.min(axis=0), outline.max(axis=0)), 6)
 
 
 def body_of(box: FloatArray, limits: Limits, known: dict[str, Any]) -> dict[str, Any]:
@@ -254,7 +249,7 @@ def _note(
     shape = f"{length:.2f} m x {width:.2f} m"
     if _is_round(costmap):
         shape = f"a radius of {abs(costmap.robot_radius):.2f} m, as a square within"
-    elif np.abs(box - _corners(outline)).max() > SHRUNK:
+    elif np.abs(box - box_about(outline)).max() > SHRUNK:
         shape += ", a box within its outline"
     note = (
         f"drives the robot that the file describes: {shape}, up to {limits.speed:g} m/s and "

@@ -11,7 +11,7 @@ from navstack.ranges import Known, NotNegative, Parameters, Quantity, up_to, wit
 from navstack.types import FloatArray
 
 MAX_CORNERS, MAX_SIZE = 1000, 10.0  # of the footprint, [m] of the body
-MOST_WHEELBASE, MOST_TRACK = 4.0, 4.0  # halves of the body's length, of its width
+MOST_HALVES = 4.0  # of the body's size, in a wheelbase or a track
 MOST_SHOWN = 8  # corners in a complaint
 DIFFERENTIAL, SKID = "differential", "skid"
 # a mass, length, speed, ...; what is larger is no robot
@@ -96,12 +96,12 @@ class RobotParams(Parameters, whose="robot"):
     def _check_sizes(self) -> None:
         """Refuse wheels that are larger than the robot, as of lengths in millimetres."""
         half_length, half_width = self.half_size
-        longest = MOST_WHEELBASE * half_length
+        longest = MOST_HALVES * half_length
         is_right = 0.0 < abs(self.wheelbase) <= longest
         self._require("wheelbase", is_right, f"other than 0, and up to {longest:g} m long")
         if self.steering == SKID:
             self._require("wheelbase", self.wheelbase > 0.0, "more than 0 of a skid steer")
-        widest = MOST_TRACK * half_width
+        widest = MOST_HALVES * half_width
         for name in ("track", "caster_track"):
             self._require(
                 name, getattr(self, name) <= widest, f"at most {widest:g} m, twice the body"
